@@ -1,0 +1,1 @@
+"""The PyTorch networks of footprints-edge, their losses, training data and training."""

@@ -1,0 +1,82 @@
+"""Checkpoints are pickles from the internet: they are read without executing anything, strictly."""
+
+import hashlib
+import pickle
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import nn
+
+from footprints_edge.errors import ModelError
+
+
+def read_checkpoint(path: Path) -> Any:  # noqa: ANN401  (a checkpoint holds what its writer put in)
+    """The plain data of a PyTorch checkpoint, on the CPU.
+
+    Raises:
+        ModelError: no such file, not a checkpoint, or one that holds more than plain data and
+            would run code when loaded.
+    """
+    try:
+        return torch.load(path, map_location="cpu", weights_only=True)
+    except FileNotFoundError as error:
+        raise ModelError(f"{path}: no such checkpoint; name the model.pth to load") from error
+    except pickle.UnpicklingError as error:
+        reason = str(error).split("\n")[0][:200]
+        raise ModelError(
+            f"{path}: refused, it is not a checkpoint of plain tensors ({reason}); "
+            "a checkpoint that needs more than that could run code: re-save its state_dict()"
+        ) from error
+    except (RuntimeError, EOFError, ValueError, KeyError, OSError, AttributeError) as error:
+        raise ModelError(
+            f"{path}: not a PyTorch checkpoint ({type(error).__name__}: {str(error)[:200]}); "
+            "is the download complete?"
+        ) from error
+
+
+def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: ANN401
+    """Fill a network from a state dict, every key and shape as expected.
+
+    Raises:
+        ModelError: naming the missing, unexpected and misshapen keys.
+    """
+    if not isinstance(weights, dict) or not all(
+        isinstance(key, str) and isinstance(value, torch.Tensor) for key, value in weights.items()
+    ):
+        raise ModelError(
+            f"{name}: a state dict of named tensors is expected, this holds "
+            f"{type(weights).__name__}; save network.state_dict()"
+        )
+    expected = network.state_dict()
+    problems = [
+        _listed("missing", [key for key in expected if key not in weights]),
+        _listed("unexpected", [key for key in weights if key not in expected]),
+        _listed(
+            "of another shape",
+            [
+                f"{key} {tuple(weights[key].shape)} instead of {tuple(tensor.shape)}"
+                for key, tensor in expected.items()
+                if key in weights and weights[key].shape != tensor.shape
+            ],
+        ),
+    ]
+    if any(problems):
+        raise ModelError(
+            f"{name}: not a checkpoint of {type(network).__name__}: "
+            + "; ".join(filter(None, problems))
+        )
+    network.load_state_dict(weights, strict=True)
+
+
+def _listed(what: str, keys: list[str], most: int = 5) -> str:
+    if not keys:
+        return ""
+    more = f" and {len(keys) - most} more" if len(keys) > most else ""
+    return f"{len(keys)} {what}: {', '.join(keys[:most])}{more}"
+
+
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file, in hex."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

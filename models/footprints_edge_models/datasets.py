@@ -1,0 +1,272 @@
+"""Readers of the training data: folders of labelled photos, RGB-D clips, rectified stereo clips.
+
+To add a dataset, write a reader that yields :class:`Sample` and name it in ``READERS``.
+"""
+
+import json
+import logging
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from footprints_edge.errors import FootprintsError
+from footprints_edge.geometry import Intrinsics, rays
+from footprints_edge.images import decode
+
+from .floor_map import FLOOR_HEIGHT_M, FREE, OCCUPIED, Frame, Plane, build_floor_map, fit_floor
+from .samples import NO, UNKNOWN, UNSEEN, YES, Sample
+from .stereo import fit_road, stereo_depth_m
+
+logger = logging.getLogger(__name__)
+
+LONGEST_SIDE_PX = 512
+"""Pictures are kept no larger than this: the network sees about 448."""
+MOST_BEHIND_M = 3.0
+"""Floor farther than this behind what is seen (the next room, say) teaches guessing: unseen."""
+MOST_STEREO_GROUND_M = 30.0
+"""Farther away, half a metre of stereo depth is less than a disparity step: no telling ground."""
+
+
+class DatasetError(FootprintsError):
+    """Training data is missing or not laid out as expected."""
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Samples to train on, samples held out, and how often to draw from this dataset."""
+
+    train: list[Sample]
+    held_out: list[Sample]
+    share: float
+
+
+@dataclass(frozen=True)
+class PhotoLabels:
+    """Which label ids of a folder mean what.
+
+    Attributes:
+        walkable: ids of the traversable classes.
+        void: ids that say nothing.
+        barriers: ids behind which, above the highest visible ground, no ground is looked for.
+        sky: ids behind which there is never ground.
+    """
+
+    walkable: tuple[int, ...]
+    void: tuple[int, ...]
+    barriers: tuple[int, ...]
+    sky: tuple[int, ...]
+
+
+IDD_LITE = PhotoLabels(walkable=(0, 1), void=(255,), barriers=(2, 3, 4, 5, 6), sky=(6,))
+CAMVID = PhotoLabels(walkable=(3, 4), void=(11,), barriers=(1, 2, 5, 6, 7, 8, 9, 10, 0), sky=(0,))
+ADE20K = PhotoLabels(
+    walkable=(4, 7, 10, 12, 14, 29, 30), void=(0,), barriers=(1, 2, 3, 6, 9), sky=(3,)
+)
+"""The 31 most frequent classes of ADE20K; see the card of the model that made the labels."""
+
+
+def read_photos(folder: Path, labels: PhotoLabels) -> Iterator[Sample]:
+    """Photos in ``images/`` with a label picture of the same name in ``labels/``."""
+    for image_path in _pictures(folder / "images"):
+        image = decode(image_path).rgb
+        ids = _label_ids(folder / "labels" / f"{image_path.stem}.png", image.shape[:2])
+        visible = np.where(np.isin(ids, labels.walkable), YES, NO).astype(np.uint8)
+        visible[np.isin(ids, labels.void)] = UNKNOWN
+        ground = np.full(visible.shape, UNKNOWN, np.uint8)
+        ground[np.isin(ids, labels.sky)] = NO
+        rows = np.flatnonzero((visible == YES).sum(axis=1) > 2)
+        if rows.size:
+            above = slice(0, max(0, rows[0] - round(0.04 * len(visible))))
+            ground[above][np.isin(ids[above], labels.barriers)] = NO
+        ground[visible == YES] = YES
+        height, width = visible.shape
+        camera = Intrinsics.assumed((height, width))
+        yield _shrunk(Sample(f"{folder.name}/{image_path.stem}", image, camera, visible, ground))
+
+
+def read_rgbd_clip(folder: Path) -> Iterator[Sample]:
+    """A folder with ``sequence.json``, ``images/`` and ``depth/`` (16-bit millimetres).
+
+    Visible ground is what lies on the floor plane by depth; ground, seen or hidden, and its depth
+    come from the floor map of the whole clip.
+    """
+    sequence = json.loads((folder / "sequence.json").read_text())
+    (fx, _, cx), (_, fy, cy), _ = sequence["intrinsics"]
+    camera = Intrinsics(fx, fy, cx, cy)
+    up = -np.array(sequence.get("gravity_direction", (0, -1, 0)), dtype=float)
+    frames = []
+    for entry in sequence["frames"]:
+        depth_mm = np.asarray(Image.open(folder / "depth" / f"{entry['name']}.png"))
+        pose = np.array(entry["camera_to_world"])
+        frames.append(Frame(depth_mm.astype(np.float32) / 1000, camera, pose))
+    plane = fit_floor(frames[::4], up)
+    floor_map = build_floor_map(frames, plane)
+    for entry, frame in zip(sequence["frames"], frames, strict=True):
+        image_path = next((folder / "images").glob(f"{entry['name']}.*"))
+        cells, floor_depth_m = floor_map.project(frame)
+        visible = _ground_by_depth(frame, plane)
+        gap_m = floor_depth_m - np.where(frame.depth_m > 0, frame.depth_m, floor_depth_m)
+        reachable = (floor_depth_m > 0) & (floor_depth_m < 12) & (gap_m < MOST_BEHIND_M)
+        ground = np.full(visible.shape, UNSEEN, np.uint8)
+        ground[(cells == OCCUPIED) | (floor_depth_m <= 0)] = NO
+        ground[(cells == FREE) & reachable] = YES
+        ground[visible == YES] = YES
+        yield _shrunk(
+            Sample(
+                f"{folder.name}/{entry['name']}",
+                decode(image_path).rgb,
+                camera,
+                visible,
+                ground,
+                frame.depth_m.astype(np.float16),
+                np.where(ground == YES, floor_depth_m, 0).astype(np.float16),
+            )
+        )
+
+
+def read_stereo_clip(folder: Path) -> Iterator[Sample]:
+    """Rectified stereo pairs in ``image_l/`` and ``image_r/`` with KITTI's ``calib.txt``.
+
+    The street is a plane fitted to the depth in front of the camera; what is hidden stays unknown.
+    """
+    left, right = np.loadtxt(folder / "calib.txt").reshape(2, 3, 4)
+    baseline_m = -right[0, 3] / right[0, 0]
+    camera = Intrinsics(left[0, 0], left[1, 1], left[0, 2], left[1, 2])
+    for image_path in _pictures(folder / "image_l"):
+        image = decode(image_path).rgb
+        other = decode(folder / "image_r" / image_path.name).rgb
+        depth_m = stereo_depth_m(image, other, camera.fx * baseline_m)
+        frame = Frame(depth_m, camera, np.eye(4))
+        plane = fit_road(frame)
+        if plane is None:
+            logger.warning("%s: no road plane found, frame left out", image_path)
+            continue
+        # A disparity error of a third of a pixel grows with the square of the distance.
+        blur_m = depth_m**2 / (3 * camera.fx * baseline_m)
+        visible = _ground_by_depth(frame, plane, np.minimum(0.1 + blur_m, 0.35))
+        visible[(visible == YES) & (depth_m > MOST_STEREO_GROUND_M)] = UNKNOWN
+        fall = rays(camera, depth_m.shape) @ plane.normal
+        with np.errstate(divide="ignore"):
+            plane_depth_m = np.where(fall < -1e-6, plane.offset_m / fall, 0)
+        ground = np.full(visible.shape, UNKNOWN, np.uint8)
+        ground[fall >= 0] = NO
+        ground[visible == YES] = YES
+        known = (ground == YES) & (plane_depth_m > 0)
+        yield _shrunk(
+            Sample(
+                f"{folder.name}/{image_path.stem}",
+                image,
+                camera,
+                visible,
+                ground,
+                np.where(depth_m < 60, depth_m, 0).astype(np.float16),
+                np.where(known, plane_depth_m, 0).astype(np.float16),
+            )
+        )
+
+
+def _ground_by_depth(
+    frame: Frame, plane: Plane, tolerance_m: float | NDArray[np.float32] = FLOOR_HEIGHT_M
+) -> NDArray[np.uint8]:
+    height_m = np.abs(plane.height_m(frame.points()))
+    visible = np.where(height_m < tolerance_m, YES, NO).astype(np.uint8)
+    visible[frame.depth_m <= 0] = UNKNOWN
+    # Colour and depth are some pixels apart, so borders of the floor are not to be trusted.
+    kernel = np.ones((3, 3), np.uint8)
+    is_ground, is_other = (visible == YES).astype(np.uint8), (visible == NO).astype(np.uint8)
+    border = cv2.dilate(is_ground, kernel) & cv2.dilate(is_other, kernel)
+    visible[border > 0] = UNKNOWN
+    return visible
+
+
+def _shrunk(sample: Sample) -> Sample:
+    height, width = sample.image.shape[:2]
+    scale = LONGEST_SIDE_PX / max(height, width)
+    if scale >= 1:
+        return sample
+    size = (round(height * scale), round(width * scale))
+
+    rows = ((np.arange(size[0]) + 0.5) * height / size[0]).astype(int)[:, None]
+    columns = ((np.arange(size[1]) + 0.5) * width / size[1]).astype(int)
+    depths = (sample.visible_depth_m, sample.ground_depth_m)
+    visible_depth_m, ground_depth_m = (d if d is None else d[rows, columns] for d in depths)
+    return Sample(
+        sample.name,
+        cv2.resize(sample.image, size[::-1], interpolation=cv2.INTER_AREA),
+        sample.intrinsics.scaled((height, width), size),
+        sample.visible_ground[rows, columns],
+        sample.ground[rows, columns],
+        visible_depth_m,
+        ground_depth_m,
+    )
+
+
+def _pictures(folder: Path) -> list[Path]:
+    if not folder.is_dir():
+        raise DatasetError(f"{folder}: no such folder; see CONTRIBUTING.md for the data layout")
+    return sorted(p for p in folder.iterdir() if p.suffix.lower() in {".jpg", ".jpeg", ".png"})
+
+
+def _label_ids(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
+    try:
+        ids = np.asarray(Image.open(path))
+    except OSError as error:
+        raise DatasetError(f"{path}: no readable label picture ({error})") from error
+    if ids.shape != size:
+        raise DatasetError(f"{path}: labels are {ids.shape}, the picture is {size}")
+    return ids
+
+
+def _whole_clip_split(samples: list[Sample]) -> tuple[list[Sample], list[Sample]]:
+    """The last fifth of a clip is held out: neighbouring frames are alike."""
+    cut = len(samples) * 4 // 5
+    return samples[:cut], samples[cut:]
+
+
+def _photo_split(samples: list[Sample]) -> tuple[list[Sample], list[Sample]]:
+    """One in twenty, by a checksum of the name up to its first underscore (a drive, a house)."""
+
+    def held_out(sample: Sample) -> bool:
+        return zlib.crc32(sample.name.rsplit("_", 1)[0].encode()) % 20 == 0
+
+    return [s for s in samples if not held_out(s)], [s for s in samples if held_out(s)]
+
+
+def _all_train(samples: list[Sample]) -> tuple[list[Sample], list[Sample]]:
+    return samples, []
+
+
+Split = Callable[[list[Sample]], tuple[list[Sample], list[Sample]]]
+
+READERS: dict[str, tuple[Callable[[Path], Iterator[Sample]], Split, float]] = {
+    "idd_lite": (lambda p: read_photos(p, IDD_LITE), _photo_split, 0.26),
+    "camvid": (lambda p: read_photos(p / "train", CAMVID), _all_train, 0.18),
+    "houses": (lambda p: read_photos(p, ADE20K), _photo_split, 0.24),
+    "hololens_office": (read_rgbd_clip, _whole_clip_split, 0.15),
+    "seven_scenes_kitchen": (read_rgbd_clip, _whole_clip_split, 0.07),
+    "kitti_grey_stereo": (read_stereo_clip, _whole_clip_split, 0.10),
+}
+"""Folder name: reader, split, and the share of training pictures drawn from it."""
+
+
+def load_datasets(root: Path) -> dict[str, Dataset]:
+    """Every dataset of READERS that stands below a folder, in memory.
+
+    Raises:
+        DatasetError: none of them is there, or one is not laid out as expected.
+    """
+    datasets = {}
+    for name, (reader, split, share) in READERS.items():
+        if (root / name).is_dir():
+            train, held_out = split(list(reader(root / name)))
+            datasets[name] = Dataset(train, held_out, share)
+            logger.info("%s: %d to train on, %d held out", name, len(train), len(held_out))
+    if not datasets:
+        raise DatasetError(f"{root}: none of the folders {', '.join(READERS)} is here")
+    return datasets

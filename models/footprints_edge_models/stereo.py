@@ -1,0 +1,75 @@
+"""Depth and the road plane from one rectified stereo pair."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .floor_map import Frame, Plane
+
+_MOST_DISPARITY_PX = 128
+
+
+def stereo_depth_m(
+    left: NDArray[np.uint8], right: NDArray[np.uint8], focal_times_baseline: float
+) -> NDArray[np.float32]:
+    """Depth of the left picture by OpenCV's semi-global matching.
+
+    Args:
+        left: uint8 (H, W, 3), RGB, rectified.
+        right: uint8 (H, W, 3), RGB, rectified.
+        focal_times_baseline: horizontal focal length in pixels times baseline in metres.
+
+    Returns:
+        float32 (H, W), metres, 0 where no match was found.
+    """
+    block = 5
+    matcher = cv2.StereoSGBM.create(
+        numDisparities=_MOST_DISPARITY_PX,
+        blockSize=block,
+        P1=8 * block**2,
+        P2=32 * block**2,
+        disp12MaxDiff=1,
+        uniquenessRatio=10,
+        speckleWindowSize=200,
+        speckleRange=2,
+        mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
+    )
+    grey = [cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in (left, right)]
+    disparity_px = matcher.compute(*grey).astype(np.float32) / 16
+    with np.errstate(divide="ignore"):
+        depth_m = np.where(disparity_px > 1, focal_times_baseline / disparity_px, 0)
+    return depth_m.astype(np.float32)
+
+
+def fit_road(frame: Frame, seed: int = 0) -> Plane | None:
+    """The plane that most depth in the lower half of a street picture lies on, by RANSAC.
+
+    Only planes below the camera and within 15 degrees of level count; None where fewer than a
+    tenth of the points lie on any.
+    """
+    points = frame.points()
+    lower = np.zeros(frame.depth_m.shape, bool)
+    lower[len(lower) // 2 :] = True
+    points = points[lower & (frame.depth_m > 0) & (frame.depth_m < 25)]
+    if len(points) < 1000:
+        return None
+    rng = np.random.default_rng(seed)
+    best: NDArray[np.bool_] = np.zeros(len(points), bool)
+    for _ in range(100):
+        a, b, c = points[rng.choice(len(points), 3, replace=False)]
+        normal = np.cross(b - a, c - a)
+        length = np.linalg.norm(normal)
+        if length < 1e-9:
+            continue
+        normal *= -np.sign(normal[1]) / length  # the camera's y axis points down
+        if normal[1] > -np.cos(np.radians(15)):
+            continue
+        inliers = np.abs((points - a) @ normal) < 0.05
+        if inliers.sum() > best.sum():
+            best = inliers
+    if best.mean() < 0.1:
+        return None
+    centre = points[best].mean(axis=0)
+    normal = np.linalg.svd(points[best] - centre, full_matrices=False)[2][2]
+    normal *= -np.sign(normal[1])
+    return Plane(normal, float(normal @ centre))

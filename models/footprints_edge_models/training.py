@@ -1,0 +1,240 @@
+"""The training loop: staged sizes, warm-up and cosine, moving average of weights, resumable."""
+
+import csv
+import logging
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import nn
+
+from footprints_edge.errors import FootprintsError
+
+from .batches import batches
+from .checkpoint import read_checkpoint
+from .datasets import Dataset
+from .edge import EdgeNetwork, pretrained_edge_network
+from .figures import draw_curves, draw_predictions
+from .losses import losses
+from .validation import validate_all
+
+logger = logging.getLogger(__name__)
+
+
+class TrainingError(FootprintsError):
+    """A run cannot be started or resumed as asked."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Some steps at one base size (H, W)."""
+
+    size: tuple[int, int]
+    steps: int
+
+    @classmethod
+    def parse(cls, text: str) -> "Stage":
+        """From ``HxW:STEPS``.
+
+        Raises:
+            TrainingError: not of that form, or sides that are no multiples of 32.
+        """
+        try:
+            size, steps = text.split(":")
+            height, width = (int(side) for side in size.lower().split("x"))
+            stage = cls((height, width), int(steps))
+        except ValueError as error:
+            raise TrainingError(f"stage {text!r}: write it as HxW:STEPS, 192x320:1800") from error
+        if min(height, width) < 32 or height % 32 or width % 32 or stage.steps < 1:
+            raise TrainingError(f"stage {text!r}: sides are multiples of 32, steps at least 1")
+        return stage
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Everything that decides a run's result, besides the data.
+
+    Attributes:
+        stages: in order; small pictures first cost little and teach most.
+        batch: pictures a step.
+        encoder_rate: peak learning rate of the ImageNet encoder.
+        decoder_rate: peak learning rate of what starts fresh.
+        weight_decay: of AdamW.
+        warm_up: steps of linear warm-up, then cosine to zero over all stages.
+        average: decay a step of the moving average of weights that is kept.
+        seed: of weights and data.
+    """
+
+    stages: tuple[Stage, ...]
+    batch: int = 12
+    encoder_rate: float = 3e-4
+    decoder_rate: float = 1e-3
+    weight_decay: float = 1e-2
+    warm_up: int = 50
+    average: float = 0.998
+    seed: int = 0
+
+    def sizes(self) -> list[tuple[int, int]]:
+        """The base size of every step."""
+        return [stage.size for stage in self.stages for _ in range(stage.steps)]
+
+    def rate(self, step: int) -> float:
+        """Learning rate of a step, as a fraction of the peak."""
+        total = len(self.sizes())
+        if step < self.warm_up:
+            return (step + 1) / self.warm_up
+        return 0.5 * (1 + math.cos(math.pi * (step - self.warm_up) / max(1, total - self.warm_up)))
+
+
+def train(
+    datasets: dict[str, Dataset],
+    recipe: Recipe,
+    run: Path,
+    *,
+    device: torch.device,
+    validate_every: int = 500,
+    save_every: int = 100,
+    progress: Callable[[int, int, float], None] | None = None,
+) -> Path:
+    """Train the edge network, or go on where ``run`` stopped.
+
+    Writes ``train.csv``, ``validation.csv``, ``curves.png``, ``predictions.png``, the resumable
+    ``last.pt`` and, from every validation on, ``weights.pt``: the moving average, a state dict.
+
+    Args:
+        datasets: see :func:`datasets.load_datasets`.
+        recipe: what to do.
+        run: folder of the run, made if absent.
+        device: CPU or CUDA.
+        validate_every: steps between validations (one more at the end).
+        save_every: steps between resumable checkpoints.
+        progress: called with (step, steps, loss) after each step.
+
+    Returns:
+        The path of ``weights.pt``.
+
+    Raises:
+        TrainingError: the folder holds a run of another recipe.
+    """
+    run.mkdir(parents=True, exist_ok=True)
+    torch.manual_seed(recipe.seed)
+    network = pretrained_edge_network().to(device, memory_format=torch.channels_last)
+    optimizer = torch.optim.AdamW(_parameter_groups(network, recipe))
+    average = torch.optim.swa_utils.AveragedModel(
+        network,
+        multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(recipe.average),
+        use_buffers=True,
+    )
+    start = _resume(run, recipe, network, average, optimizer)
+    sizes = recipe.sizes()
+    network.train()
+    for step, (image, targets) in enumerate(
+        batches(datasets, sizes, recipe.batch, recipe.seed, start), start
+    ):
+        for group in optimizer.param_groups:
+            group["lr"] = group["peak"] * recipe.rate(step)
+        image = image.to(device, memory_format=torch.channels_last, non_blocking=True)  # noqa: PLW2901
+        # bfloat16 keeps float32's range: no loss scaling; the outputs and losses stay float32.
+        with torch.autocast(device.type, torch.bfloat16):
+            raw = network(image)
+        parts = losses(raw, targets.to(device))
+        optimizer.zero_grad(set_to_none=True)
+        parts["loss"].backward()
+        nn.utils.clip_grad_norm_(network.parameters(), 5.0)
+        optimizer.step()
+        average.update_parameters(network)
+        values = {name: value.item() for name, value in parts.items()}
+        _append(run / "train.csv", {"step": step, **values})
+        done = step + 1
+        if progress is not None:
+            progress(done, len(sizes), values["loss"])
+        if done % validate_every == 0 or done == len(sizes):
+            _validate(run, done, average.module, datasets, sizes[step])
+        if done % save_every == 0 or done == len(sizes):
+            state = {
+                "step": done,
+                "recipe": asdict(recipe),
+                "network": network.state_dict(),
+                "average": average.state_dict(),
+                "optimizer": optimizer.state_dict(),
+            }
+            _save(state, run / "last.pt")
+    return run / "weights.pt"
+
+
+def _parameter_groups(network: EdgeNetwork, recipe: Recipe) -> list[dict[str, Any]]:
+    groups = []
+    for is_encoder, peak in ((True, recipe.encoder_rate), (False, recipe.decoder_rate)):
+        for is_matrix in (True, False):  # norms and biases are not decayed
+            parameters = [
+                p
+                for name, p in network.named_parameters()
+                if name.startswith("encoder.") == is_encoder and (p.ndim > 1) == is_matrix
+            ]
+            decay = recipe.weight_decay if is_matrix else 0.0
+            groups.append({"params": parameters, "peak": peak, "lr": 0.0, "weight_decay": decay})
+    return groups
+
+
+def _resume(
+    run: Path,
+    recipe: Recipe,
+    network: nn.Module,
+    average: nn.Module,
+    optimizer: torch.optim.Optimizer,
+) -> int:
+    if not (run / "last.pt").exists():
+        for name in ("train.csv", "validation.csv"):
+            (run / name).unlink(missing_ok=True)
+        return 0
+    state = read_checkpoint(run / "last.pt")
+    if state["recipe"] != asdict(recipe):
+        raise TrainingError(
+            f"{run} holds a run of another recipe ({state['recipe']}); name another folder"
+        )
+    network.load_state_dict(state["network"])
+    average.load_state_dict(state["average"])
+    optimizer.load_state_dict(state["optimizer"])
+    for name in ("train.csv", "validation.csv"):  # steps after the checkpoint come again
+        _truncate(run / name, state["step"] + (name == "validation.csv"))
+    logger.info("%s: going on from step %d", run, state["step"])
+    return int(state["step"])
+
+
+def _validate(
+    run: Path, step: int, network: nn.Module, datasets: dict[str, Dataset], size: tuple[int, int]
+) -> None:
+    for name, scores in validate_all(network, datasets, size).items():
+        _append(run / "validation.csv", {"step": step, "dataset": name, **asdict(scores)})
+        logger.info("step %d, %s: %s", step, name, scores)
+    _save(network.state_dict(), run / "weights.pt")
+    draw_curves(run)
+    draw_predictions(network, datasets, size, run / "predictions.png")
+
+
+def _save(state: Any, path: Path) -> None:  # noqa: ANN401
+    """Whole or not at all."""
+    part = path.with_suffix(".part")
+    torch.save(state, part)
+    part.replace(path)
+
+
+def _append(path: Path, row: dict[str, Any]) -> None:
+    is_new = not path.exists()
+    with path.open("a", newline="") as file:
+        writer = csv.DictWriter(file, row)
+        if is_new:
+            writer.writeheader()
+        writer.writerow(
+            {k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()}
+        )
+
+
+def _truncate(path: Path, step: int) -> None:
+    if path.exists():
+        header, *rows = path.read_text().splitlines(keepends=True)
+        kept = [row for row in rows if int(row.split(",")[0]) < step]
+        path.write_text("".join([header, *kept]))
