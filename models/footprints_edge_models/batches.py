@@ -1,4 +1,4 @@
-"""Batches that depend on the seed and the step alone, so that a resumed run sees what it would have.
+"""Batches that depend on the seed and the step alone: a resumed run sees what it would have.
 
 Worker threads prepare batches ahead; OpenCV and numpy release the interpreter lock.
 """

@@ -66,7 +66,7 @@ def main() -> None:
         app()
     except FootprintsError as error:
         typer.echo(f"fp-train: {error}", err=True)
-        sys.exit(3 if isinstance(error, ModelError) else 1)
+        sys.exit(3 if isinstance(error, ModelError) else 2)
     except ModuleNotFoundError as error:
         typer.echo(
             f"fp-train needs the package {error.name}: pip install 'footprints-edge[train]'",

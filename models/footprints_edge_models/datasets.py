@@ -12,12 +12,11 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
-from PIL import Image
-
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics, rays
 from footprints_edge.images import decode
+from numpy.typing import NDArray
+from PIL import Image
 
 from .floor_map import FLOOR_HEIGHT_M, FREE, OCCUPIED, Frame, Plane, build_floor_map, fit_floor
 from .samples import NO, UNKNOWN, UNSEEN, YES, Sample
@@ -104,7 +103,7 @@ def read_rgbd_clip(folder: Path) -> Iterator[Sample]:
     for entry in sequence["frames"]:
         depth_mm = np.asarray(Image.open(folder / "depth" / f"{entry['name']}.png"))
         pose = np.array(entry["camera_to_world"])
-        frames.append(Frame(depth_mm.astype(np.float32) / 1000, camera, pose))
+        frames.append(Frame((depth_mm / 1000).astype(np.float32), camera, pose))
     plane = fit_floor(frames[::4], up)
     floor_map = build_floor_map(frames, plane)
     for entry, frame in zip(sequence["frames"], frames, strict=True):
@@ -191,7 +190,6 @@ def _shrunk(sample: Sample) -> Sample:
     if scale >= 1:
         return sample
     size = (round(height * scale), round(width * scale))
-
     rows = ((np.arange(size[0]) + 0.5) * height / size[0]).astype(int)[:, None]
     columns = ((np.arange(size[1]) + 0.5) * width / size[1]).astype(int)
     depths = (sample.visible_depth_m, sample.ground_depth_m)

@@ -77,5 +77,3 @@ def pretrained_edge_network() -> EdgeNetwork:
     network = EdgeNetwork()
     network.encoder = imagenet_classifier().encoder
     return network
-
-

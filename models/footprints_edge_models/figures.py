@@ -84,5 +84,8 @@ def _tint(
 def _coloured(depth_m: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Log distance from 0.5 (yellow) to 50 m (violet), black where 0."""
     scaled = np.log(np.maximum(depth_m, 0.5) / 0.5) / np.log(100)
-    colours = cv2.applyColorMap((255 * (1 - scaled.clip(0, 1))).astype(np.uint8), cv2.COLORMAP_VIRIDIS)
-    return cv2.cvtColor(colours, cv2.COLOR_BGR2RGB) * (depth_m > 0)[..., None].astype(np.uint8)
+    colours = cv2.applyColorMap(
+        (255 * (1 - scaled.clip(0, 1))).astype(np.uint8), cv2.COLORMAP_VIRIDIS
+    )
+    rgb: NDArray[np.uint8] = cv2.cvtColor(colours, cv2.COLOR_BGR2RGB)
+    return np.where((depth_m > 0)[..., None], rgb, np.uint8(0))

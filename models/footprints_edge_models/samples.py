@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-
 from footprints_edge.geometry import Intrinsics
+from numpy.typing import NDArray
 
 NO, YES, UNSEEN, UNKNOWN = 0, 1, 2, 255
 """Label values: known not to be ground; known to be; watched but never seen (the paper's prior

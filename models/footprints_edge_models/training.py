@@ -1,6 +1,7 @@
 """The training loop: staged sizes, warm-up and cosine, moving average of weights, resumable."""
 
 import csv
+import functools
 import logging
 import math
 from collections.abc import Callable
@@ -9,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from torch import nn
-
 from footprints_edge.errors import FootprintsError
+from torch import nn
 
 from .batches import batches
 from .checkpoint import read_checkpoint
@@ -121,11 +121,12 @@ def train(
     """
     run.mkdir(parents=True, exist_ok=True)
     torch.manual_seed(recipe.seed)
-    network = pretrained_edge_network().to(device, memory_format=torch.channels_last)
+    network = pretrained_edge_network().to(device)
+    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     optimizer = torch.optim.AdamW(_parameter_groups(network, recipe))
     average = torch.optim.swa_utils.AveragedModel(
         network,
-        multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(recipe.average),
+        avg_fn=functools.partial(_moving_average, recipe.average),
         use_buffers=True,
     )
     start = _resume(run, recipe, network, average, optimizer)
@@ -142,7 +143,7 @@ def train(
             raw = network(image)
         parts = losses(raw, targets.to(device))
         optimizer.zero_grad(set_to_none=True)
-        parts["loss"].backward()
+        parts["loss"].backward()  # type: ignore[no-untyped-call]
         nn.utils.clip_grad_norm_(network.parameters(), 5.0)
         optimizer.step()
         average.update_parameters(network)
@@ -163,6 +164,15 @@ def train(
             }
             _save(state, run / "last.pt")
     return run / "weights.pt"
+
+
+def _moving_average(
+    decay: float, average: torch.Tensor, current: torch.Tensor, count: torch.Tensor | int
+) -> torch.Tensor:
+    """Exponential, but plain at first, so that the fresh weights are soon forgotten."""
+    if not average.is_floating_point():
+        return current
+    return average.lerp(current, 1 - min(decay, (1 + int(count)) / (10 + int(count))))
 
 
 def _parameter_groups(network: EdgeNetwork, recipe: Recipe) -> list[dict[str, Any]]:
@@ -228,9 +238,7 @@ def _append(path: Path, row: dict[str, Any]) -> None:
         writer = csv.DictWriter(file, row)
         if is_new:
             writer.writeheader()
-        writer.writerow(
-            {k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()}
-        )
+        writer.writerow({k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()})
 
 
 def _truncate(path: Path, step: int) -> None:

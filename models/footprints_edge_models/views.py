@@ -7,12 +7,12 @@ Depths are converted to the canonical camera (``FOCAL_PX``) on the way out.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
-
 from footprints_edge.geometry import Intrinsics, rays
+from numpy.typing import NDArray
 
 from .edge import FOCAL_PX
 from .losses import LAMBDA
@@ -87,8 +87,8 @@ def render(sample: Sample, size: tuple[int, int], rng: np.random.Generator | Non
     target, source = view.intrinsics, sample.intrinsics
     homography = _matrix(source) @ view.rotation.T @ np.linalg.inv(_matrix(target))
 
-    def warp(array: NDArray[np.generic], linear: bool, outside: float) -> NDArray[np.generic]:
-        warped = cv2.warpPerspective(
+    def warp(array: NDArray[Any], linear: bool, outside: float) -> NDArray[Any]:
+        warped: NDArray[Any] = cv2.warpPerspective(
             array,
             homography,
             size[::-1],

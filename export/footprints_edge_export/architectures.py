@@ -1,0 +1,39 @@
+"""The networks that can be exported. To add one, add its row to ``ARCHITECTURES``."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from footprints_edge_models.edge import FOCAL_PX, EdgeNetwork
+from footprints_edge_models.reference import ReferenceNetwork
+from torch import nn
+
+
+@dataclass(frozen=True)
+class Architecture:
+    """What an export needs to know of a network.
+
+    Attributes:
+        build: makes the network, untrained. It takes RGB float32 (B, 3, H, W) in [0, 1], H and W
+            multiples of 32, and gives the raw channels of ``footprints_edge_models.maps``.
+        focal_px: focal length of its canonical camera; None where depths are as trained.
+        licence: of its weights, where the caller states none.
+        notice: what the user of its weights must know, said once at each conversion.
+    """
+
+    build: Callable[[], nn.Module]
+    focal_px: float | None
+    licence: str
+    notice: str = ""
+
+
+ARCHITECTURES = {
+    "edge": Architecture(EdgeNetwork, FOCAL_PX, "unstated"),
+    "reference": Architecture(
+        ReferenceNetwork,
+        None,
+        "Niantic Footprints licence: non-commercial use only",
+        "The published checkpoints are licensed for non-commercial use only and may not be "
+        "redistributed; cite Watson et al., Footprints and Free Space from a Single Color Image, "
+        "CVPR 2020.",
+    ),
+}

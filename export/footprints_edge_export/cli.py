@@ -1,0 +1,145 @@
+"""``fp-export``: checkpoints to model files, and how far two model files are apart."""
+
+import json
+import logging
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="fp-export",
+    help="Turn a trained network into a verified model file.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+
+
+class Arch(StrEnum):
+    """Networks that can be exported."""
+
+    EDGE = "edge"
+    REFERENCE = "reference"
+
+
+class Precision(StrEnum):
+    """Of weights and activations; the last layer is float in both."""
+
+    FP32 = "fp32"
+    INT8 = "int8"
+
+
+class Target(StrEnum):
+    """Kind of CPU that int8 is for."""
+
+    X86_VNNI = "x86-vnni"
+    X86_AVX2 = "x86-avx2"
+    ARM64 = "arm64"
+
+
+def _size(text: str | None) -> tuple[int, int] | None:
+    if text is None or text == "dynamic":
+        return None
+    try:
+        height, width = (int(side) for side in text.lower().split("x"))
+    except ValueError as error:
+        raise typer.BadParameter(
+            f"{text!r} is not HxW, such as 256x448", param_hint="--size"
+        ) from error
+    return height, width
+
+
+@app.command("convert")
+def convert_command(
+    checkpoint: Annotated[Path, typer.Argument(help="PyTorch state dict, such as model.pth.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
+    arch: Annotated[Arch, typer.Option(help="Network of the checkpoint.")],
+    size: Annotated[
+        str | None, typer.Option(metavar="HxW", help="Fix the input size.  [default: any]")
+    ] = None,
+    precision: Annotated[Precision, typer.Option()] = Precision.FP32,
+    calibration: Annotated[
+        list[Path] | None,
+        typer.Option(help="Folder of photos that int8 is calibrated on; may be repeated."),
+    ] = None,
+    target: Annotated[Target, typer.Option(help="CPU that int8 is for.")] = Target.X86_VNNI,
+    name: Annotated[str | None, typer.Option(help="Name in the file.  [default: OUT]")] = None,
+    licence: Annotated[str | None, typer.Option(help="Licence of the weights.")] = None,
+    training: Annotated[str, typer.Option(help="On what they were trained.")] = "unstated",
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the output.")] = False,
+) -> None:
+    """Convert CHECKPOINT to a model file, and verify it; a report lies beside it as OUT.json."""
+    from .architectures import ARCHITECTURES
+    from .convert import Conversion, convert
+
+    if notice := ARCHITECTURES[arch].notice:
+        typer.echo(notice, err=True)
+    conversion = Conversion(
+        arch.value,
+        _size(size),
+        precision.value,
+        tuple(calibration or ()),
+        target.value,
+        name or output.stem,
+        licence,
+        training,
+    )
+    report = convert(checkpoint, output, conversion, overwrite=overwrite)
+    if report.fp32_to_int8 is not None:
+        typer.echo("int8 against fp32 on held-out photos:", err=True)
+        for key, value in report.fp32_to_int8.items():
+            typer.echo(f"  {key}: {value}", err=True)
+    typer.echo(output)
+
+
+@app.command()
+def verify(
+    model_a: Annotated[Path, typer.Argument(metavar="A", help="Model file to compare with.")],
+    model_b: Annotated[Path, typer.Argument(metavar="B", help="Model file that is compared.")],
+    images: Annotated[Path, typer.Option(help="Folder of photos.")],
+) -> None:
+    """Print how far two model files' maps are apart, as JSON."""
+    from footprints_edge.model import load
+
+    from .compare import compare_models
+    from .errors import ExportError
+    from .photos import list_photos, network_inputs, spread
+
+    a, b = load(model_a), load(model_b)
+    sizes = {size for size in (a.session.input_size, b.session.input_size) if size}
+    if len(sizes) > 1:
+        raise ExportError(f"the two models are fixed to different sizes: {sorted(sizes)}")
+    paths = spread(list_photos(images, at_least=1), 200)
+    difference = compare_models(a, b, network_inputs(paths, next(iter(sizes), None)))
+    typer.echo(json.dumps(difference.as_dict(), indent=2))
+
+
+def main() -> None:
+    """Entry point: errors as one line; exit codes 2 usage, 3 model problem, 1 all else."""
+    logging.basicConfig(level=logging.WARNING, format="%(message)s", stream=sys.stderr)
+    logging.getLogger("footprints_edge_export").setLevel(logging.INFO)
+    try:
+        from footprints_edge.errors import FootprintsError, ModelError
+
+        from .errors import ExportError
+
+        try:
+            app()
+        except FootprintsError as error:
+            typer.echo(f"fp-export: {error}", err=True)
+            is_model = isinstance(error, ModelError)
+            sys.exit(3 if is_model else 2 if isinstance(error, ExportError) else 1)
+    except ModuleNotFoundError as error:
+        typer.echo(
+            f"fp-export needs the package {error.name}: pip install 'footprints-edge[export]'",
+            err=True,
+        )
+        sys.exit(3)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,53 @@
+"""A folder of real photos, as the runtime itself would feed them to a network."""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+from footprints_edge.errors import ImageError
+from footprints_edge.images import decode
+from footprints_edge.preprocessing import preprocess, working_size
+from numpy.typing import NDArray
+
+from .errors import ExportError
+
+logger = logging.getLogger(__name__)
+
+SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp"}
+
+
+def list_photos(folder: Path, at_least: int) -> list[Path]:
+    """Pictures of a folder and its sub-folders, sorted.
+
+    Raises:
+        ExportError: no such folder, or fewer pictures than needed.
+    """
+    if not folder.is_dir():
+        raise ExportError(f"{folder}: no such folder of photos")
+    paths = sorted(p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES)
+    if len(paths) < at_least:
+        raise ExportError(f"{folder}: {len(paths)} photos, at least {at_least} are needed")
+    return paths
+
+
+def spread(paths: list[Path], most: int) -> list[Path]:
+    """At most so many of them, evenly spread."""
+    return paths if len(paths) <= most else [paths[i * len(paths) // most] for i in range(most)]
+
+
+def network_inputs(paths: list[Path], size: tuple[int, int] | None) -> list[NDArray[np.uint8]]:
+    """Photos through the runtime's preprocessing, uint8 (1, H, W, 3) each.
+
+    Args:
+        paths: pictures; one that cannot be read is named in a warning and left out.
+        size: the model's fixed (H, W), or None for each photo's own working size.
+    """
+    inputs = []
+    for path in paths:
+        try:
+            image = decode(path)
+        except ImageError as error:
+            logger.warning("left out: %s", error)
+            continue
+        inputs.append(preprocess(image.rgb, size or working_size(image.size)))
+    return inputs

@@ -1,0 +1,124 @@
+"""Static int8 quantization in QDQ form, calibrated on real photos.
+
+Convolutions and what lies between them run in int8. The last convolutions and all that follows
+stay float: a uint8 disparity can only say 100, 20.3, 11.3, 7.8, 6.0 metres.
+"""
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import onnx
+from numpy.typing import NDArray
+from onnxruntime.quantization import (
+    CalibrationDataReader,
+    CalibrationMethod,
+    QuantFormat,
+    QuantType,
+    quantize_static,
+)
+
+from .image_input import NORMALISED, Normalisation
+
+
+@dataclass(frozen=True)
+class Target:
+    """How a kind of CPU wants its integers.
+
+    Attributes:
+        activations: uint8 or int8.
+        reduce_range: 7-bit weights, where the CPU's multiply-add would saturate with 8.
+    """
+
+    activations: QuantType
+    reduce_range: bool
+
+
+TARGETS = {
+    "x86-vnni": Target(QuantType.QUInt8, reduce_range=False),
+    "x86-avx2": Target(QuantType.QUInt8, reduce_range=True),
+    "arm64": Target(QuantType.QInt8, reduce_range=False),
+}
+"""x86 since 2019 or so multiplies uint8 with int8 without loss (VNNI); before that pairs of
+products saturate at 16 bits; 64-bit Arm has kernels for int8 with int8."""
+
+_QUANTIZED_OPS = ["Conv", "Add", "Concat", "Resize", "Relu", "Clip", "MaxPool", "Pad"]
+
+
+class _Photos(CalibrationDataReader):  # type: ignore[misc]
+    def __init__(self, images: list[NDArray[np.uint8]], normalisation: Normalisation) -> None:
+        self._feeds = self._normalised(images, normalisation)
+
+    @staticmethod
+    def _normalised(
+        images: list[NDArray[np.uint8]], normalisation: Normalisation
+    ) -> Iterator[dict[str, NDArray[np.float32]]]:
+        for image in images:
+            # What the int8 graph will see: the zero byte is a whole one there.
+            x = (image.astype(np.float32) - normalisation.zero_point) * normalisation.scale
+            yield {NORMALISED: x.transpose(0, 3, 1, 2).astype(np.float32)}
+
+    def get_next(self) -> dict[str, NDArray[np.float32]] | None:
+        return next(self._feeds, None)
+
+
+def quantize(
+    model: onnx.ModelProto,
+    normalisation: Normalisation,
+    images: list[NDArray[np.uint8]],
+    target: str,
+) -> onnx.ModelProto:
+    """Quantize a float graph that begins with ``image_normalised``.
+
+    Args:
+        model: float32, from :func:`image_input.split_normalisation`.
+        normalisation: what was cut off.
+        images: calibration photos, uint8 (1, H, W, 3) each.
+        target: key of ``TARGETS``.
+
+    Returns:
+        A QDQ graph of the same input, per-channel int8 weights.
+    """
+    settings = TARGETS[target]
+    is_signed = settings.activations == QuantType.QInt8
+    zero_dtype = np.int8 if is_signed else np.uint8
+    image_quantization = {
+        "quant_type": settings.activations,
+        "scale": np.array(normalisation.scale, np.float32),
+        "zero_point": np.array(normalisation.zero_point - 128 * is_signed, zero_dtype),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        source, quantized = Path(folder, "float.onnx"), Path(folder, "int8.onnx")
+        onnx.save(onnx.shape_inference.infer_shapes(model), source)
+        quantize_static(
+            source,
+            quantized,
+            _Photos(images, normalisation),
+            quant_format=QuantFormat.QDQ,
+            op_types_to_quantize=_QUANTIZED_OPS,
+            per_channel=True,
+            reduce_range=settings.reduce_range,
+            activation_type=settings.activations,
+            weight_type=QuantType.QInt8,
+            nodes_to_exclude=float_tail(model.graph),
+            calibrate_method=CalibrationMethod.MinMax,
+            extra_options={
+                "TensorQuantOverrides": {NORMALISED: [image_quantization]},
+                "CalibTensorRangeSymmetric": False,
+            },
+        )
+        return onnx.load(quantized)
+
+
+def float_tail(graph: onnx.GraphProto) -> list[str]:
+    """Names of the last convolutions and of every node after them."""
+    producers = {name: node for node in graph.node for name in node.output}
+    tail, waiting = [], [producers[graph.output[0].name]]
+    while waiting:
+        node = waiting.pop()
+        tail.append(node.name)
+        if node.op_type != "Conv":
+            waiting += [producers[name] for name in node.input if name in producers]
+    return tail
