@@ -3,9 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from torch import nn
+
 from footprints_edge_models.edge import FOCAL_PX, EdgeNetwork
 from footprints_edge_models.reference import ReferenceNetwork
-from torch import nn
 
 
 @dataclass(frozen=True)

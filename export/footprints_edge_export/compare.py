@@ -4,9 +4,10 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+
 from footprints_edge.geometry import disparity_to_depth
 from footprints_edge.model import Model
-from numpy.typing import NDArray
 
 CHANNELS = ("visible_ground", "ground", "visible_depth", "ground_depth")
 

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import onnx
-from footprints_edge.metadata import ModelMetadata
 from onnx import TensorProto
+
+from footprints_edge.metadata import ModelMetadata
 
 from .errors import VerificationError
 

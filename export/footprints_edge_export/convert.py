@@ -13,14 +13,15 @@ from pathlib import Path
 import numpy as np
 import onnx
 import torch
+from numpy.typing import NDArray
+from torch import nn
+
 from footprints_edge.metadata import ModelMetadata
 from footprints_edge.model import Model
 from footprints_edge.session import Session
 from footprints_edge.version import __version__
 from footprints_edge_models.checkpoint import file_sha256, load_weights, read_checkpoint
 from footprints_edge_models.maps import MAX_DEPTH_M, MIN_DEPTH_M, raw_to_maps
-from numpy.typing import NDArray
-from torch import nn
 
 from .architectures import ARCHITECTURES
 from .compare import CHANNELS, Difference, compare_models

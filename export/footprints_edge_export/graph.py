@@ -7,8 +7,9 @@ import warnings
 
 import onnx
 import torch
-from footprints_edge_models.maps import raw_to_maps
 from torch import nn
+
+from footprints_edge_models.maps import raw_to_maps
 
 OPSET = 18
 

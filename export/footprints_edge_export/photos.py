@@ -4,10 +4,11 @@ import logging
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+
 from footprints_edge.errors import ImageError
 from footprints_edge.images import decode
 from footprints_edge.preprocessing import preprocess, working_size
-from numpy.typing import NDArray
 
 from .errors import ExportError
 

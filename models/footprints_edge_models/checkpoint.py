@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from footprints_edge.errors import ModelError
 from torch import nn
+
+from footprints_edge.errors import ModelError
 
 
 def read_checkpoint(path: Path) -> Any:  # noqa: ANN401  (a checkpoint holds what its writer put in)

@@ -12,11 +12,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics, rays
 from footprints_edge.images import decode
-from numpy.typing import NDArray
-from PIL import Image
 
 from .floor_map import FLOOR_HEIGHT_M, FREE, OCCUPIED, Frame, Plane, build_floor_map, fit_floor
 from .samples import NO, UNKNOWN, UNSEEN, YES, Sample

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from footprints_edge.geometry import Intrinsics, backproject, rays
 from numpy.typing import NDArray
+
+from footprints_edge.geometry import Intrinsics, backproject, rays
 
 NEVER_SEEN, FREE, OCCUPIED = 0, 1, 2
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import torch
 import torch.nn.functional as F
-from footprints_edge.errors import ModelError
 from torch import nn
+
+from footprints_edge.errors import ModelError
 
 from .checkpoint import load_weights, read_checkpoint
 

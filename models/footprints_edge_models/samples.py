@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from footprints_edge.geometry import Intrinsics
 from numpy.typing import NDArray
+
+from footprints_edge.geometry import Intrinsics
 
 NO, YES, UNSEEN, UNKNOWN = 0, 1, 2, 255
 """Label values: known not to be ground; known to be; watched but never seen (the paper's prior

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from footprints_edge.errors import FootprintsError
 from torch import nn
+
+from footprints_edge.errors import FootprintsError
 
 from .batches import batches
 from .checkpoint import read_checkpoint
@@ -102,7 +103,8 @@ def train(
     """Train the edge network, or go on where ``run`` stopped.
 
     Writes ``train.csv``, ``validation.csv``, ``curves.png``, ``predictions.png``, the resumable
-    ``last.pt`` and, from every validation on, ``weights.pt``: the moving average, a state dict.
+    ``last.pt`` and, from every validation on, ``weights.pt``: the moving average, a state dict
+    in half precision.
 
     Args:
         datasets: see :func:`datasets.load_datasets`.
@@ -163,6 +165,7 @@ def train(
                 "optimizer": optimizer.state_dict(),
             }
             _save(state, run / "last.pt")
+    _save_weights(average.module, run / "weights.pt")
     return run / "weights.pt"
 
 
@@ -220,9 +223,15 @@ def _validate(
     for name, scores in validate_all(network, datasets, size).items():
         _append(run / "validation.csv", {"step": step, "dataset": name, **asdict(scores)})
         logger.info("step %d, %s: %s", step, name, scores)
-    _save(network.state_dict(), run / "weights.pt")
+    _save_weights(network, run / "weights.pt")
     draw_curves(run)
     draw_predictions(network, datasets, size, run / "predictions.png")
+
+
+def _save_weights(network: nn.Module, path: Path) -> None:
+    """Half precision: a weight's last bits are noise, and the file is half as large."""
+    weights = network.state_dict()
+    _save({k: v.half() if v.is_floating_point() else v for k, v in weights.items()}, path)
 
 
 def _save(state: Any, path: Path) -> None:  # noqa: ANN401

@@ -11,8 +11,9 @@ from typing import Any
 
 import cv2
 import numpy as np
-from footprints_edge.geometry import Intrinsics, rays
 from numpy.typing import NDArray
+
+from footprints_edge.geometry import Intrinsics, rays
 
 from .edge import FOCAL_PX
 from .losses import LAMBDA

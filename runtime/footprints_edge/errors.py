@@ -6,7 +6,7 @@ class FootprintsError(Exception):
 
 
 class ImageError(FootprintsError):
-    """An input is not a picture that can be used: not an image, truncated, empty, hostile, wrong dtype."""
+    """An input is no usable picture: not an image, truncated, empty, hostile, of a wrong dtype."""
 
 
 class IntrinsicsError(FootprintsError):

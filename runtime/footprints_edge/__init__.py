@@ -1,0 +1,64 @@
+"""Where one can walk, seen and hidden, and how far away that is: from a single photo, on a CPU.
+
+    import footprints_edge as fp
+
+    model = fp.load()
+    prediction = model.predict("street.jpg")
+
+The public names load on first use, so that ``import footprints_edge`` costs next to nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from footprints_edge.errors import (
+        FootprintsError,
+        ImageError,
+        IntrinsicsError,
+        ModelError,
+        OutputError,
+    )
+    from footprints_edge.geometry import Intrinsics
+    from footprints_edge.model import Model, load
+    from footprints_edge.prediction import Prediction
+    from footprints_edge.version import __version__
+
+__all__ = [
+    "FootprintsError",
+    "ImageError",
+    "Intrinsics",
+    "IntrinsicsError",
+    "Model",
+    "ModelError",
+    "OutputError",
+    "Prediction",
+    "__version__",
+    "load",
+]
+
+_HOME_OF = {
+    "FootprintsError": "errors",
+    "ImageError": "errors",
+    "Intrinsics": "geometry",
+    "IntrinsicsError": "errors",
+    "Model": "model",
+    "ModelError": "errors",
+    "OutputError": "errors",
+    "Prediction": "prediction",
+    "__version__": "version",
+    "load": "model",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Imports the public name's module on first use (PEP 562)."""
+    if name not in _HOME_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value: object = getattr(import_module(f"{__name__}.{_HOME_OF[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,194 @@
+"""`fp-infer`: pictures in, walkable ground in metres out."""
+
+import sys
+import warnings
+from io import TextIOWrapper
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from footprints_edge.cli.endings import SOME_FAILED, complain, explained, show_version
+from footprints_edge.errors import FootprintsError, ModelError
+
+if TYPE_CHECKING:
+    from footprints_edge.cli.batch import Batch, Task
+    from footprints_edge.model import Camera, Model
+    from footprints_edge.prediction import Prediction
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@app.command()
+def infer(
+    images: Annotated[
+        list[str], typer.Argument(help="Pictures, folders of pictures, or - for standard input.")
+    ],
+    *,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", help="Folder for the results, instead of beside each picture."
+        ),
+    ] = None,
+    formats: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--format", help="overlay (if not given), npz, png16, json, ply; several with commas."
+        ),
+    ] = None,
+    model: Annotated[
+        str | None, typer.Option(help="Model file, or a name that fp-models list shows.")
+    ] = None,
+    threads: Annotated[
+        int | None, typer.Option(min=1, help="Threads, instead of one for each usable core.")
+    ] = None,
+    threshold: Annotated[
+        float, typer.Option(min=0, max=1, help="Probability above which a pixel is ground.")
+    ] = 0.5,
+    fx: Annotated[float | None, typer.Option(help="Focal length along x, in pixels.")] = None,
+    fy: Annotated[float | None, typer.Option(help="Focal length along y, in pixels.")] = None,
+    cx: Annotated[float | None, typer.Option(help="Principal point, if not the centre.")] = None,
+    cy: Annotated[float | None, typer.Option(help="Principal point, if not the centre.")] = None,
+    hfov: Annotated[
+        float | None, typer.Option(help="Horizontal field of view in degrees, instead of fx, fy.")
+    ] = None,
+    recursive: Annotated[
+        bool, typer.Option("--recursive", help="Look into the sub-folders of folders.")
+    ] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace results that are there already.")
+    ] = False,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Show errors only.")] = False,
+    verbose: Annotated[
+        bool, typer.Option("-v", "--verbose", help="Say a line about each picture.")
+    ] = False,
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    """Find the walkable ground in pictures, seen and hidden, and its distance in metres.
+
+    Prints the files that it wrote. Exit codes: 0 all done, 1 some pictures failed,
+    2 wrong usage, 3 problem with the model.
+    """
+    with explained():
+        from footprints_edge.cli.batch import plan
+
+        warnings.filterwarnings("ignore", module=r"PIL\.")  # what matters arrives as ImageError
+        camera = _camera(fx, fy, cx, cy, hfov)
+        wanted = [part.strip() for text in formats or ["overlay"] for part in text.split(",")]
+        batch = plan(images, wanted, output, recursive=recursive, overwrite=overwrite)
+        if batch.tasks:
+            from footprints_edge.model import load
+
+            loaded = load(model, threads=threads)
+            _work(batch, loaded, camera, threshold, quiet=quiet, verbose=verbose)
+        _close(batch, quiet=quiet)
+
+
+def main() -> None:
+    """Entry point of `fp-infer`."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="surrogateescape")  # file names need not be valid UTF-8
+    app()
+
+
+def _camera(
+    fx: float | None, fy: float | None, cx: float | None, cy: float | None, hfov: float | None
+) -> "Camera | None":
+    """The camera that the options describe: a function of the picture's size; None if none."""
+    from footprints_edge.geometry import Intrinsics
+
+    if hfov is not None:
+        if (fx, fy, cx, cy) != (None, None, None, None):
+            raise typer.BadParameter("give --hfov, or --fx and --fy, not both")
+        Intrinsics.from_hfov(hfov, (1, 1))  # says at once what is wrong with it
+        return lambda size: Intrinsics.from_hfov(hfov, size)
+    if fx is None or fy is None:
+        if (fx, fy, cx, cy) != (None, None, None, None):
+            raise typer.BadParameter("--fx and --fy belong together; --cx and --cy need both")
+        return None
+    Intrinsics(fx, fy, cx or 0.0, cy or 0.0)
+
+    def from_size(size: tuple[int, int]) -> Intrinsics:
+        height, width = size
+        centre_x = (width - 1) / 2 if cx is None else cx
+        centre_y = (height - 1) / 2 if cy is None else cy
+        return Intrinsics(fx, fy, centre_x, centre_y)
+
+    return from_size
+
+
+def _work(
+    batch: "Batch",
+    model: "Model",
+    camera: "Camera | None",
+    threshold: float,
+    *,
+    quiet: bool,
+    verbose: bool,
+) -> None:
+    """Does the tasks; a picture that fails is noted, the others still come out."""
+    from footprints_edge.cli.progress import Progress
+
+    progress = Progress(len(batch.tasks), quiet=quiet)
+    for done, task in enumerate(batch.tasks):
+        progress.show(done, task.source.label)
+        try:
+            prediction = _predict_and_write(task, model, camera, threshold)
+        except ModelError:
+            progress.clear()
+            raise
+        except FootprintsError as error:
+            batch.failures.append(str(error))
+            continue
+        progress.clear()
+        if verbose:
+            complain(_line_about(task, prediction))
+        for path in task.targets:
+            typer.echo(path)
+    progress.clear()
+
+
+def _predict_and_write(
+    task: "Task", model: "Model", camera: "Camera | None", threshold: float
+) -> "Prediction":
+    from footprints_edge.writers import write
+
+    image = task.source.path or sys.stdin.buffer.read()
+    prediction = model.predict(image, intrinsics=camera, threshold=threshold)
+    write(prediction, task.targets)
+    return prediction
+
+
+def _line_about(task: "Task", prediction: "Prediction") -> str:
+    height, width = prediction.image_size
+    camera = prediction.intrinsics
+    timings = ", ".join(f"{stage} {ms:.1f}" for stage, ms in prediction.timings_ms.items())
+    return (
+        f"{task.source.label}: {width} x {height} px, "
+        f"visible ground {prediction.visible_ground.mean():.0%}, "
+        f"hidden {prediction.hidden_ground.mean():.0%}, "
+        f"field of view {camera.hfov_deg(prediction.map_size):.0f} degrees ({camera.source}), "
+        f"ms: {timings}"
+    )
+
+
+def _close(batch: "Batch", *, quiet: bool) -> None:
+    """Says what was kept and what failed, and sets the exit code."""
+    if batch.kept and not quiet:
+        complain(
+            f"Kept {len(batch.kept)} result(s) that were there already, such as {batch.kept[0]}; "
+            "--overwrite replaces them."
+        )
+    if batch.failures:
+        complain(f"{len(batch.failures)} of {batch.total} failed:")
+        for failure in batch.failures:
+            complain(f"  {failure}")
+        raise typer.Exit(SOME_FAILED)
+
+
+if __name__ == "__main__":
+    main()

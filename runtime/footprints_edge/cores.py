@@ -1,0 +1,36 @@
+"""How many processor cores this process may really use."""
+
+import math
+import os
+from pathlib import Path
+
+_CGROUPS = Path("/sys/fs/cgroup")
+
+
+def usable_cores() -> int:
+    """Cores of this process: its affinity, and no more than its container's CPU quota.
+
+    `os.cpu_count` counts the whole machine; more threads than usable cores wait for each other.
+    """
+    try:
+        cores = len(os.sched_getaffinity(0))
+    except AttributeError:  # macOS and Windows have no affinity to ask for
+        cores = os.cpu_count() or 1
+    return max(1, math.ceil(min(cores, _quota_cores(_CGROUPS))))
+
+
+def _quota_cores(root: Path) -> float:
+    """The container's CPU quota in cores, from cgroup v2 or v1; infinite where there is none."""
+    try:
+        quota, period = (root / "cpu.max").read_text().split()
+    except (OSError, ValueError):
+        try:
+            quota = (root / "cpu/cpu.cfs_quota_us").read_text()
+            period = (root / "cpu/cpu.cfs_period_us").read_text()
+        except OSError:
+            return math.inf
+    try:
+        quota_us, period_us = int(quota), int(period)
+    except ValueError:  # "max": no quota
+        return math.inf
+    return quota_us / period_us if quota_us > 0 and period_us > 0 else math.inf

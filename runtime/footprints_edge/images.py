@@ -1,0 +1,216 @@
+"""Decoding: whatever a caller calls an image becomes upright 8-bit RGB, or an ImageError."""
+
+import io
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, TypeAlias
+
+import numpy as np
+from PIL import Image
+from PIL.ExifTags import IFD, Base
+
+from footprints_edge.arrays import Rgb, Size
+from footprints_edge.errors import ImageError
+
+FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
+"""The decoders that an input may reach: every other one of Pillow's is only attack surface."""
+
+MAX_PIXELS = 178_000_000
+"""Larger pictures are refused before a pixel of them is decoded: half a gigabyte as RGB."""
+
+ImageSource: TypeAlias = "str | Path | bytes | BinaryIO | Image.Image | Rgb | DecodedImage"
+
+_UPRIGHT = {
+    2: Image.Transpose.FLIP_LEFT_RIGHT,
+    3: Image.Transpose.ROTATE_180,
+    4: Image.Transpose.FLIP_TOP_BOTTOM,
+    5: Image.Transpose.TRANSPOSE,
+    6: Image.Transpose.ROTATE_270,
+    7: Image.Transpose.TRANSVERSE,
+    8: Image.Transpose.ROTATE_90,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class DecodedImage:
+    """An upright picture, and what its file said about itself.
+
+    Attributes:
+        rgb: uint8 (H, W, 3), red, green, blue, turned upright.
+        name: File name, for naming outputs; None where the source has none.
+        path: The file that it was read from, so that no output is ever written over it.
+        focal_35mm: 35 mm equivalent focal length in millimetres from EXIF, None if not stated.
+    """
+
+    rgb: Rgb
+    name: str | None = None
+    path: Path | None = None
+    focal_35mm: float | None = None
+
+    @property
+    def size(self) -> Size:
+        """(H, W) of the upright picture."""
+        return self.rgb.shape[0], self.rgb.shape[1]
+
+
+def decode(source: ImageSource) -> DecodedImage:
+    """Reads an image from any source that `Model.predict` takes.
+
+    All eight EXIF orientations are turned upright, for every source alike. Transparent pixels
+    become white: what lies under them is arbitrary, and white is how pictures with transparency
+    are looked at. Of an animation or a multi-page file, the first picture counts.
+
+    Args:
+        source: Path, encoded bytes, binary file object, PIL image, or uint8 array (H, W, 3) in
+            RGB order (OpenCV delivers BGR: pass `frame[..., ::-1]`). An array is copied.
+
+    Returns:
+        The upright picture. A `DecodedImage` is handed back as it is.
+
+    Raises:
+        ImageError: If the source is missing, not a picture, truncated, larger than
+            `MAX_PIXELS`, or an array of another dtype or shape.
+    """
+    if isinstance(source, DecodedImage):
+        return source
+    if isinstance(source, np.ndarray):
+        return DecodedImage(_checked_array(source))
+    if isinstance(source, Image.Image):
+        filename = getattr(source, "filename", "")
+        path = Path(filename) if isinstance(filename, str) and filename else None
+        return _from_pillow(source, path, f"PIL image {path.name if path else ''}".strip())
+    if isinstance(source, (str, Path)):
+        path = Path(source)
+        return _from_bytes(_read(path), path, str(path))
+    if isinstance(source, (bytes, bytearray, memoryview)):
+        return _from_bytes(bytes(source), None, "image bytes")
+    if callable(getattr(source, "read", None)):
+        filename = getattr(source, "name", None)
+        path = Path(filename) if isinstance(filename, str) else None
+        data = source.read()
+        if not isinstance(data, bytes):
+            raise ImageError(f"{filename or 'the file object'} reads as text; open it with 'rb'")
+        return _from_bytes(data, path, str(path) if path else "image file object")
+    raise ImageError(
+        f"cannot read an image from {type(source).__name__}; "
+        "pass a path, bytes, a binary file object, a PIL image or a uint8 RGB array (H, W, 3)"
+    )
+
+
+def _checked_array(array: Rgb) -> Rgb:
+    """A copy of a uint8 RGB array (H, W, 3), so that a reused video buffer cannot change it."""
+    if array.ndim != 3 or array.shape[2] != 3:
+        raise ImageError(
+            f"an image array must have shape (H, W, 3), not {array.shape}; "
+            "for grey use np.repeat(grey[..., None], 3, axis=2), for RGBA use rgba[..., :3]"
+        )
+    if array.dtype != np.uint8:
+        raise ImageError(
+            f"an image array must be uint8 from 0 to 255, not {array.dtype}; "
+            "for floats in [0, 1] use (array * 255).round().astype(np.uint8)"
+        )
+    _check_size((array.shape[0], array.shape[1]), "the image array")
+    return np.array(array, order="C")
+
+
+def _check_size(size: Size, label: str) -> None:
+    height, width = size
+    if height < 1 or width < 1:
+        raise ImageError(f"{label} is {width} x {height} pixels: there is nothing to see in it")
+    if height * width > MAX_PIXELS:
+        raise ImageError(
+            f"{label} is {width} x {height} pixels, more than the {MAX_PIXELS / 1e6:.0f} million "
+            "that are safe to decode; scale it down first"
+        )
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError as error:
+        raise ImageError(f"{path}: no such file") from error
+    except IsADirectoryError as error:
+        raise ImageError(f"{path} is a folder; name the pictures in it") from error
+    except (OSError, ValueError) as error:  # ValueError: a null byte in the name
+        raise ImageError(f"{path!s}: cannot be read: {error}") from error
+
+
+def _from_bytes(data: bytes, path: Path | None, label: str) -> DecodedImage:
+    if not data:
+        raise ImageError(f"{label} is empty (0 bytes)")
+    try:
+        image = Image.open(io.BytesIO(data), formats=FORMATS)
+    except Image.DecompressionBombError as error:
+        raise ImageError(f"{label}: {error}; scale it down first") from error
+    except Exception as error:  # Pillow's plugins raise nearly anything on hostile headers
+        raise ImageError(
+            f"{label} is not an image that can be read; supported: {', '.join(FORMATS)}"
+        ) from error
+    with image:
+        return _from_pillow(image, path, label)
+
+
+def _from_pillow(image: Image.Image, path: Path | None, label: str) -> DecodedImage:
+    _check_size((image.height, image.width), label)
+    try:
+        image.load()
+        exif = _exif(image)  # after load(): the TIFF decoder turns upright by itself, and says so
+        rgb = _to_rgb(image)
+    except ImageError as error:
+        raise ImageError(f"{label}: {error}") from error
+    except Exception as error:
+        raise ImageError(f"{label} is damaged or truncated: {error}") from error
+    turn = _UPRIGHT.get(exif.orientation)
+    upright = rgb if turn is None else rgb.transpose(turn)
+    return DecodedImage(np.array(upright), path.name if path else None, path, exif.focal_35mm)
+
+
+def _to_rgb(image: Image.Image) -> Image.Image:
+    if image.mode in ("I", "F") or image.mode.startswith("I;16"):
+        return _wide_grey_to_rgb(image)
+    try:
+        if not image.has_transparency_data:
+            return image.convert("RGB")
+        rgba = image.convert("RGBA")
+    except ValueError as error:  # such as La, premultiplied grey
+        raise ImageError(f"cannot make RGB of mode {image.mode}; convert it first") from error
+    white = Image.new("RGBA", rgba.size, "white")
+    return Image.alpha_composite(white, rgba).convert("RGB")
+
+
+def _wide_grey_to_rgb(image: Image.Image) -> Image.Image:
+    """Grey of 16 bits and more. Pillow's own conversion clips it at 255 instead of scaling it."""
+    grey = np.asarray(image).astype(np.float64)
+    if not np.isfinite(grey).all():
+        raise ImageError("some pixels are not finite numbers; save it as 8- or 16-bit grey")
+    # 32-bit integers and floats carry no white level: the smallest usual one that holds the values
+    levels = {"I": (65535.0,), "F": (1.0, 255.0, 65535.0)}.get(image.mode, (65535.0,))
+    white = next((level for level in levels if grey.max() <= level), None)
+    if white is None or grey.min() < 0:
+        raise ImageError(
+            f"grey values from {grey.min():g} to {grey.max():g} have no known white level; "
+            "save it as 8- or 16-bit grey"
+        )
+    return Image.fromarray(np.rint(grey * (255.0 / white)).astype(np.uint8)).convert("RGB")
+
+
+@dataclass(frozen=True)
+class _Exif:
+    orientation: int = 1
+    focal_35mm: float | None = None
+
+
+def _exif(image: Image.Image) -> _Exif:
+    """What EXIF says; a broken block says nothing, the picture is still good."""
+    try:
+        exif = image.getexif()
+        orientation = exif.get(Base.Orientation, 1)
+    except Exception:
+        return _Exif()
+    try:
+        focal_mm = float(exif.get_ifd(IFD.Exif).get(Base.FocalLengthIn35mmFilm, 0))
+    except Exception:
+        focal_mm = 0.0
+    known = math.isfinite(focal_mm) and focal_mm > 0  # EXIF writes 0 for unknown
+    return _Exif(orientation, focal_mm if known else None)

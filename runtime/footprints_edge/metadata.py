@@ -1,0 +1,140 @@
+"""What a model file says about itself, in the `metadata_props` of the ONNX file."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from footprints_edge.errors import ModelError
+
+FORMAT_VERSION = "1"
+"""Version of the file contract: input `image`, output `maps`, and the keys below."""
+
+PREFIX = "footprints."
+
+_KEYS = (
+    "format",
+    "name",
+    "architecture",
+    "precision",
+    "depth_range_m",
+    "camera",
+    "resize",
+    "licence",
+    "source_sha256",
+    "producer",
+    "training",
+)
+_CONVERT = "fp-export convert CHECKPOINT -o OUT.onnx --arch edge"
+
+
+@dataclass(frozen=True)
+class ModelMetadata:
+    """The facts about a model that its user and the runtime need.
+
+    Attributes:
+        name: What to call the model.
+        architecture: `edge` or `reference`.
+        precision: `fp32` or `int8`.
+        depth_range_m: Depths in metres of disparity 1 and 0: (nearest, farthest).
+        focal_px: Focal length, in pixels of the network's input, of the camera that the depths
+            are for; None where they are as trained and no camera corrects them. Key `camera`.
+        resize: Filter that makes the network's input, see `preprocessing.FILTERS`.
+        licence: Licence of the weights.
+        source_sha256: SHA-256 of the checkpoint that the file was converted from.
+        producer: Program and version that wrote the file.
+        training: On what the weights were trained, in words.
+        format: Version of the file contract.
+    """
+
+    name: str
+    architecture: str
+    precision: str
+    depth_range_m: tuple[float, float]
+    focal_px: float | None
+    resize: str
+    licence: str
+    source_sha256: str
+    producer: str
+    training: str
+    format: str = FORMAT_VERSION
+
+    def to_props(self) -> dict[str, str]:
+        """The `metadata_props` entries of an ONNX file."""
+        nearest_m, farthest_m = self.depth_range_m
+        values = {key: getattr(self, key) for key in _KEYS if key != "camera"}
+        values["depth_range_m"] = f"{nearest_m:g},{farthest_m:g}"
+        values["camera"] = "none" if self.focal_px is None else f"focal_px={self.focal_px!r}"
+        return {PREFIX + key: values[key] for key in _KEYS}
+
+    @classmethod
+    def from_props(cls, props: Mapping[str, str], file: Path | str) -> "ModelMetadata":
+        """Reads what `to_props` wrote.
+
+        Args:
+            props: The file's `metadata_props`; other programs' entries are ignored.
+            file: The model file, for the message.
+
+        Raises:
+            ModelError: If keys are missing, the format is another one, or a value is unreadable.
+        """
+        values = {key: props[PREFIX + key] for key in _KEYS if PREFIX + key in props}
+        missing = [key for key in _KEYS if key not in values]
+        if len(missing) == len(_KEYS):
+            raise ModelError(
+                f"{file} is an ONNX model, but not one of footprints-edge (it has no "
+                f"{PREFIX}* metadata); make one with: {_CONVERT}"
+            )
+        if missing:
+            raise ModelError(
+                f"{file} lacks the metadata {', '.join(PREFIX + key for key in missing)}; "
+                f"write it anew with: {_CONVERT}"
+            )
+        _check_format(values["format"], file)
+        return cls(
+            depth_range_m=_depth_range_m(values.pop("depth_range_m"), file),
+            focal_px=_focal_px(values.pop("camera"), file),
+            **values,
+        )
+
+
+def _check_format(version: str, file: Path | str) -> None:
+    if version == FORMAT_VERSION:
+        return
+    newer = version.isdecimal() and int(version) > int(FORMAT_VERSION)
+    advice = (
+        "upgrade with: pip install --upgrade footprints-edge"
+        if newer
+        else f"write the file anew with: {_CONVERT}"
+    )
+    raise ModelError(
+        f"{file} has format {version!r}, this version of footprints-edge reads {FORMAT_VERSION!r}; "
+        + advice
+    )
+
+
+def _depth_range_m(text: str, file: Path | str) -> tuple[float, float]:
+    try:
+        nearest_m, farthest_m = (float(part) for part in text.split(","))
+    except ValueError:
+        nearest_m = farthest_m = 0.0
+    if not 0 < nearest_m < farthest_m < float("inf"):
+        raise ModelError(
+            f"{file}: {PREFIX}depth_range_m is {text!r}, expected metres as 'nearest,farthest' "
+            f"such as '0.1,100'; write the file anew with: {_CONVERT}"
+        )
+    return nearest_m, farthest_m
+
+
+def _focal_px(text: str, file: Path | str) -> float | None:
+    if text == "none":
+        return None
+    try:
+        focal_px = float(text.removeprefix("focal_px="))
+    except ValueError:
+        focal_px = 0.0
+    if not (text.startswith("focal_px=") and 0 < focal_px < float("inf")):
+        raise ModelError(
+            f"{file}: {PREFIX}camera is {text!r}, expected 'none' or such as 'focal_px=400'; "
+            f"write the file anew with: {_CONVERT}"
+        )
+    return focal_px

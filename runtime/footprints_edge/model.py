@@ -1,0 +1,147 @@
+"""Loading a model and predicting with it: the stages, in order."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from time import perf_counter
+from typing import TypeAlias
+
+from footprints_edge import registry
+from footprints_edge.arrays import Size
+from footprints_edge.errors import ModelError
+from footprints_edge.geometry import Intrinsics
+from footprints_edge.images import DecodedImage, ImageSource, decode
+from footprints_edge.metadata import ModelMetadata
+from footprints_edge.postprocessing import postprocess
+from footprints_edge.prediction import ModelInfo, Prediction
+from footprints_edge.preprocessing import FILTERS, STRIDE, preprocess, working_size
+from footprints_edge.session import Session, runtime
+
+Camera: TypeAlias = Intrinsics | Callable[[Size], Intrinsics]
+"""A camera in the pixels of the upright picture, or how to make one for a picture's (H, W)."""
+
+
+class Model:
+    """A loaded model. It keeps no state between calls: one object may serve many threads."""
+
+    def __init__(self, session: Session) -> None:
+        """Reads the metadata of a loaded file.
+
+        Raises:
+            ModelError: If the metadata is missing or asks for something that is not there.
+        """
+        self.session = session
+        self.metadata = ModelMetadata.from_props(session.props, session.path)
+        if self.metadata.resize not in FILTERS:
+            raise ModelError(
+                f"{session.path} wants its input resized with {self.metadata.resize!r}; "
+                f"this version knows {', '.join(FILTERS)}; upgrade footprints-edge"
+            )
+        if session.input_size and any(side % STRIDE for side in session.input_size):
+            raise ModelError(
+                f"{session.path} is fixed to {session.input_size}; both sides must be "
+                f"multiples of {STRIDE}"
+            )
+
+    @property
+    def path(self) -> Path:
+        """The file that it runs."""
+        return self.session.path
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of that file."""
+        return self.session.sha256
+
+    @property
+    def name(self) -> str:
+        """The model's name, from its metadata."""
+        return self.metadata.name
+
+    def input_size(self, image_size: Size) -> Size:
+        """The (h, w) at which the network sees a picture of `image_size` (H, W)."""
+        return self.session.input_size or working_size(image_size)
+
+    def predict(
+        self, image: ImageSource, *, intrinsics: Camera | None = None, threshold: float = 0.5
+    ) -> Prediction:
+        """Finds the ground in one picture.
+
+        Args:
+            image: Path, encoded bytes, binary file object, PIL image, or uint8 array (H, W, 3)
+                in RGB order.
+            intrinsics: The camera of the full upright picture, in its pixels, or a function that
+                makes it from the picture's (H, W), such as
+                `lambda size: Intrinsics.from_hfov(65, size)`. None means: from EXIF, else an
+                assumed field of view; `Prediction.intrinsics.source` says which.
+            threshold: Probability above which a pixel counts as ground.
+
+        Returns:
+            Maps at the network's input size; see `Prediction.at_image_size`.
+
+        Raises:
+            ImageError: If the image cannot be read.
+            IntrinsicsError: If the camera cannot be one.
+            ModelError: If the network fails to run.
+            ValueError: If the threshold is not between 0 and 1.
+        """
+        if not 0 <= threshold <= 1:
+            raise ValueError(f"threshold is {threshold}; it is a probability: give 0 to 1")
+        times = [perf_counter()]
+        decoded = decode(image)
+        times.append(perf_counter())
+        size = self.input_size(decoded.size)
+        network_input = preprocess(decoded.rgb, size, self.metadata.resize)
+        times.append(perf_counter())
+        maps = self.session.run(network_input)
+        times.append(perf_counter())
+        camera = _camera_of(decoded, intrinsics).scaled(decoded.size, size)
+        result = postprocess(maps, self.metadata, camera)
+        times.append(perf_counter())
+
+        stages = ("decode", "preprocess", "inference", "postprocess")
+        spans = zip(stages, times, times[1:], strict=False)
+        return Prediction(
+            visible_ground_probability=result.visible_ground_probability,
+            ground_probability=result.ground_probability,
+            visible_depth_m=result.visible_depth_m,
+            unmasked_ground_depth_m=result.unmasked_ground_depth_m,
+            rgb=decoded.rgb,
+            intrinsics=camera,
+            threshold=threshold,
+            model=ModelInfo(self.name, self.metadata.precision, self.sha256, runtime()),
+            timings_ms={stage: 1000 * (end - start) for stage, start, end in spans},
+            name=decoded.name,
+            path=decoded.path,
+        )
+
+
+def load(
+    model: str | Path | None = None,
+    *,
+    threads: int | None = None,
+    providers: Sequence[str] | None = None,
+) -> Model:
+    """Loads a model.
+
+    Args:
+        model: A registered name, the path of an ONNX file, or None for the bundled default.
+        threads: Threads for one prediction; None means all cores that this process may use.
+        providers: onnxruntime execution providers in order of preference; None means CPU.
+
+    Raises:
+        ModelError: If the model is unknown, damaged or foreign, or a provider is not available.
+    """
+    path = registry.resolve(model)
+    session = Session(path, threads=threads, providers=providers)
+    registry.check(path, session.sha256)
+    return Model(session)
+
+
+def _camera_of(image: DecodedImage, given: Camera | None) -> Intrinsics:
+    if isinstance(given, Intrinsics):
+        return given
+    if given is not None:
+        return given(image.size)
+    if image.focal_35mm is not None:
+        return Intrinsics.from_focal_35mm(image.focal_35mm, image.size)
+    return Intrinsics.assumed(image.size)

@@ -1,0 +1,156 @@
+"""The result: where one can walk in a picture, and how far away that is."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from footprints_edge.arrays import Floats, Mask, Rgb, Size
+from footprints_edge.geometry import Intrinsics
+
+
+@dataclass(frozen=True)
+class ModelInfo:
+    """Which model a prediction is from.
+
+    Attributes:
+        name: The model's name.
+        precision: `fp32` or `int8`.
+        sha256: SHA-256 of the model file.
+        runtime: Program and version that ran it.
+    """
+
+    name: str
+    precision: str
+    sha256: str
+    runtime: str
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Walkable ground, seen and hidden, and depths. All maps have one size (h, w).
+
+    The fields are what the network said; masks follow from them and the threshold.
+
+    Attributes:
+        visible_ground_probability: float32 (h, w), that what is seen here is walkable.
+        ground_probability: float32 (h, w), that the ray meets walkable ground, seen or hidden.
+        visible_depth_m: float32 (h, w), metres along the optical axis to what is seen.
+        unmasked_ground_depth_m: float32 (h, w), metres along the optical axis to where ground
+            would be; `ground_depth_m` is the same where there is ground.
+        rgb: uint8 (H, W, 3), the upright picture, for overlays and coloured points.
+        intrinsics: The camera in the maps' own pixels, and where it came from.
+        threshold: Probability above which a pixel counts as ground.
+        model: Which model it is from.
+        timings_ms: Milliseconds by stage: decode, preprocess, inference, postprocess.
+        name: File name of the picture, None where it has none.
+        path: The picture's file, None where it was not read from one.
+    """
+
+    visible_ground_probability: Floats
+    ground_probability: Floats
+    visible_depth_m: Floats
+    unmasked_ground_depth_m: Floats
+    rgb: Rgb
+    intrinsics: Intrinsics
+    threshold: float
+    model: ModelInfo
+    timings_ms: Mapping[str, float]
+    name: str | None = None
+    path: Path | None = None
+
+    @cached_property
+    def visible_ground(self) -> Mask:
+        """Bool (h, w): the surface seen at this pixel is walkable (the paper's S)."""
+        return self.visible_ground_probability > self.threshold
+
+    @cached_property
+    def ground(self) -> Mask:
+        """Bool (h, w): the ray meets a walkable surface, seen or hidden (the paper's S*)."""
+        return self.ground_probability > self.threshold
+
+    @cached_property
+    def hidden_ground(self) -> Mask:
+        """Bool (h, w): there is ground, but something stands in front of it."""
+        return self.ground & ~self.visible_ground
+
+    @cached_property
+    def ground_depth_m(self) -> Floats:
+        """float32 (h, w), metres to the walkable surface; NaN where `ground` is False."""
+        return np.where(self.ground, self.unmasked_ground_depth_m, np.float32(np.nan))
+
+    @property
+    def map_size(self) -> Size:
+        """(h, w) of the maps."""
+        height, width = self.ground_probability.shape
+        return height, width
+
+    @property
+    def image_size(self) -> Size:
+        """(H, W) of the upright picture."""
+        return self.rgb.shape[0], self.rgb.shape[1]
+
+    def at_image_size(self) -> "Prediction":
+        """The same prediction with maps of the picture's own size."""
+        return self.at_size(self.image_size)
+
+    def at_size(self, size: Size) -> "Prediction":
+        """The same prediction with maps of another size.
+
+        Probabilities are interpolated before the threshold, depths as inverse depths: along a
+        plane the inverse depth is affine in the pixel, so interpolation keeps planes flat.
+
+        Args:
+            size: (h, w) of the new maps.
+        """
+        if size == self.map_size:
+            return self
+        return replace(
+            self,
+            visible_ground_probability=_resized(self.visible_ground_probability, size),
+            ground_probability=_resized(self.ground_probability, size),
+            visible_depth_m=_resized_depth(self.visible_depth_m, size),
+            unmasked_ground_depth_m=_resized_depth(self.unmasked_ground_depth_m, size),
+            intrinsics=self.intrinsics.scaled(self.map_size, size),
+        )
+
+    def save(
+        self,
+        folder: str | Path,
+        formats: Sequence[str] = ("overlay",),
+        *,
+        name: str | None = None,
+        overwrite: bool = False,
+    ) -> list[Path]:
+        """Writes the result as files named after the picture, such as `street.jpg.npz`.
+
+        Args:
+            folder: Where to; made if it is not there.
+            formats: Any of `overlay`, `npz`, `png16`, `json`, `ply`.
+            name: Start of the file names; None means the picture's name, or `image`.
+            overwrite: Whether to replace files that are there already.
+
+        Returns:
+            The files written, in the order of `formats`.
+
+        Raises:
+            OutputError: If a format is unknown, a file is in the way (nothing is written then),
+                or the folder cannot be written to.
+        """
+        from footprints_edge.writers import save
+
+        return save(self, Path(folder), formats, name=name, overwrite=overwrite)
+
+
+def _resized(values: Floats, size: Size) -> Floats:
+    """Bilinear, pixel centres at half-pixel offsets; antialiased where it shrinks."""
+    height, width = size
+    image = Image.fromarray(values).resize((width, height), Image.Resampling.BILINEAR)
+    return np.array(image)
+
+
+def _resized_depth(depth_m: Floats, size: Size) -> Floats:
+    return np.reciprocal(_resized(np.reciprocal(depth_m), size))

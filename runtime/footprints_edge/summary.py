@@ -1,0 +1,61 @@
+"""The facts of a prediction that fit in a few lines: what the `json` output holds."""
+
+from typing import Any
+
+import numpy as np
+
+from footprints_edge.arrays import Mask
+from footprints_edge.prediction import Prediction
+from footprints_edge.version import __version__
+
+
+def summarise(prediction: Prediction) -> dict[str, Any]:
+    """Sizes, ground fractions and distances, camera, model and timings, ready for JSON.
+
+    Sizes are (height, width) in pixels, fractions are of the picture's area, distances in metres
+    along the optical axis, and null where there is no ground.
+    """
+    image_size, map_size = prediction.image_size, prediction.map_size
+    camera = prediction.intrinsics.scaled(map_size, image_size)
+    depth_m = prediction.ground_depth_m[prediction.ground]
+    return {
+        "image": prediction.name,
+        "image_size_px": list(image_size),
+        "map_size_px": list(map_size),
+        "ground_fraction": {
+            "visible": _fraction(prediction.visible_ground),
+            "hidden": _fraction(prediction.hidden_ground),
+            "all": _fraction(prediction.ground),
+        },
+        "ground_distance_m": {
+            "nearest": float(depth_m.min()) if depth_m.size else None,
+            "farthest": float(depth_m.max()) if depth_m.size else None,
+        },
+        "threshold": prediction.threshold,
+        "camera": {
+            "fx_px": camera.fx,
+            "fy_px": camera.fy,
+            "cx_px": camera.cx,
+            "cy_px": camera.cy,
+            "focal_length_px": camera.focal_px,
+            "hfov_deg": camera.hfov_deg(image_size),
+            "source": camera.source,
+        },
+        "model": {
+            "name": prediction.model.name,
+            "precision": prediction.model.precision,
+            "sha256": prediction.model.sha256,
+        },
+        "versions": {"footprints_edge": __version__, "runtime": prediction.model.runtime},
+        "timings_ms": {stage: round(ms, 3) for stage, ms in prediction.timings_ms.items()},
+        "units": {
+            "sizes": "pixels, [height, width]",
+            "camera": "pixels of the upright image; (0, 0) is the centre of its top left pixel",
+            "distances": "metres along the optical axis",
+            "maps": "the npz, png16 and ply outputs have map_size_px, the overlay the image's",
+        },
+    }
+
+
+def _fraction(mask: Mask) -> float:
+    return float(np.mean(mask))

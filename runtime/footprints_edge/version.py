@@ -1,0 +1,8 @@
+"""The version of the installed distribution."""
+
+from importlib.metadata import PackageNotFoundError, version
+
+try:
+    __version__ = version("footprints-edge")
+except PackageNotFoundError:  # a source tree on PYTHONPATH that nobody installed
+    __version__ = "0+unknown"

@@ -1,0 +1,176 @@
+"""Predictions as files: which formats there are, what the files are called, and safe writing."""
+
+import io
+import json
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from threading import get_ident
+
+import numpy as np
+from PIL import Image
+
+from footprints_edge.arrays import Floats, Mask
+from footprints_edge.errors import OutputError
+from footprints_edge.prediction import Prediction
+
+NAMELESS = "image"
+"""What the outputs of a picture without a file name are named after."""
+
+FARTHEST_MM = 65535
+"""A depth PNG's largest value: 65.535 m or more. 0 stands for none."""
+
+Encoder = Callable[[Prediction], bytes]
+
+
+def save(
+    prediction: Prediction,
+    folder: Path,
+    formats: Sequence[str],
+    *,
+    name: str | None = None,
+    overwrite: bool = False,
+) -> list[Path]:
+    """Writes a prediction's files; see `Prediction.save`.
+
+    Each file appears whole or not at all: it is written beside its place and then renamed.
+    """
+    stem = name or prediction.name or NAMELESS
+    targets = output_paths(folder, stem, formats)
+    refuse_overwriting(targets, [prediction.path] if prediction.path else [])
+    in_the_way = [] if overwrite else [path for path in targets if path.exists()]
+    if in_the_way:
+        raise OutputError(
+            f"{', '.join(map(str, in_the_way))}: already there; nothing was written. "
+            "Pass overwrite=True, or another folder or name"
+        )
+    write(prediction, targets)
+    return list(targets)
+
+
+def write(prediction: Prediction, targets: Mapping[Path, Encoder]) -> None:
+    """Writes the given files of a prediction, replacing what is there.
+
+    Raises:
+        OutputError: If a folder or a file cannot be written.
+    """
+    for path, encode in targets.items():
+        data = encode(prediction)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _write_whole(path, data)
+        except OSError as error:
+            raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def output_paths(folder: Path, name: str, formats: Iterable[str]) -> Mapping[Path, Encoder]:
+    """The files that `formats` make, in order, and what encodes each.
+
+    The picture's whole name stays in front, so that `a.jpg` and `a.png` never collide.
+
+    Raises:
+        OutputError: If a format is unknown, none is given, or the name is a path.
+    """
+    wanted = list(dict.fromkeys([formats] if isinstance(formats, str) else formats))
+    unknown = [key for key in wanted if key not in FORMATS]
+    if unknown or not wanted:
+        raise OutputError(
+            f"unknown output format {', '.join(unknown) or '(none given)'}; "
+            f"choose from {', '.join(FORMATS)}"
+        )
+    if Path(name).name != name:
+        raise OutputError(f"the name {name!r} is a path; give the folder apart from the name")
+    files = (item for wanted_format in wanted for item in FORMATS[wanted_format].items())
+    return {folder / (name + suffix): encode for suffix, encode in files}
+
+
+def refuse_overwriting(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Holds outputs against the pictures that they are made from.
+
+    Raises:
+        OutputError: If an output is one of the inputs.
+    """
+    pictures = {path.resolve() for path in inputs}
+    for path in targets:
+        if path.resolve() in pictures:
+            raise OutputError(f"{path} is an input picture; choose another folder or name")
+
+
+def _write_whole(path: Path, data: bytes) -> None:
+    temporary = path.with_name(f".{path.name}.{os.getpid()}-{get_ident()}.part")
+    try:
+        temporary.write_bytes(data)
+        temporary.replace(path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def _overlay(prediction: Prediction) -> bytes:
+    from footprints_edge.overlay import draw_overlay
+
+    return _png(draw_overlay(prediction))
+
+
+def _npz(prediction: Prediction) -> bytes:
+    camera = prediction.intrinsics
+    buffer = io.BytesIO()
+    np.savez_compressed(
+        buffer,
+        visible_ground=prediction.visible_ground,
+        ground=prediction.ground,
+        hidden_ground=prediction.hidden_ground,
+        visible_depth_m=prediction.visible_depth_m,
+        ground_depth_m=prediction.ground_depth_m,
+        visible_ground_probability=prediction.visible_ground_probability,
+        ground_probability=prediction.ground_probability,
+        image_size=np.array(prediction.image_size),
+        intrinsics=np.array([camera.fx, camera.fy, camera.cx, camera.cy]),
+    )
+    return buffer.getvalue()
+
+
+def _json(prediction: Prediction) -> bytes:
+    from footprints_edge.summary import summarise
+
+    return (json.dumps(summarise(prediction), indent=2) + "\n").encode("ascii")
+
+
+def _ply(prediction: Prediction) -> bytes:
+    from footprints_edge.point_cloud import encode_ply
+
+    return encode_ply(prediction)
+
+
+def _depth_png(depth_m: Floats) -> bytes:
+    """uint16 millimetres; 0 where there is no depth, so nothing nearer than 1 mm."""
+    known = np.isfinite(depth_m)
+    millimetres = np.clip(np.rint(1000 * np.where(known, depth_m, 0)), known, FARTHEST_MM)
+    return _png(Image.fromarray(millimetres.astype(np.uint16)))
+
+
+def _mask_png(mask: Mask) -> bytes:
+    """8-bit grey: 255 where True, 0 elsewhere."""
+    return _png(Image.fromarray(np.where(mask, np.uint8(255), np.uint8(0))))
+
+
+def _png(image: Image.Image) -> bytes:
+    buffer = io.BytesIO()
+    image.save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+FORMATS: Mapping[str, Mapping[str, Encoder]] = {
+    "overlay": {".overlay.png": _overlay},
+    "npz": {".npz": _npz},
+    "png16": {
+        ".visible_depth_mm.png": lambda prediction: _depth_png(prediction.visible_depth_m),
+        ".ground_depth_mm.png": lambda prediction: _depth_png(prediction.ground_depth_m),
+        ".visible_ground.png": lambda prediction: _mask_png(prediction.visible_ground),
+        ".ground.png": lambda prediction: _mask_png(prediction.ground),
+        ".hidden_ground.png": lambda prediction: _mask_png(prediction.hidden_ground),
+    },
+    "json": {".json": _json},
+    "ply": {".ply": _ply},
+}
+"""Each format's files: what is added to the picture's name, and what encodes it."""
