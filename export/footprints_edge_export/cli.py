@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 
+from footprints_edge.cli.endings import complain, explained
+
 app = typer.Typer(
     name="fp-export",
     help="Turn a trained network into a verified model file.",
@@ -72,28 +74,32 @@ def convert_command(
     training: Annotated[str, typer.Option(help="On what they were trained.")] = "unstated",
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the output.")] = False,
 ) -> None:
-    """Convert CHECKPOINT to a model file, and verify it; a report lies beside it as OUT.json."""
-    from .architectures import ARCHITECTURES
-    from .convert import Conversion, convert
+    """Convert CHECKPOINT to a model file, verify it, and write a report beside it, OUT.onnx.json.
 
-    if notice := ARCHITECTURES[arch].notice:
-        typer.echo(notice, err=True)
-    conversion = Conversion(
-        arch.value,
-        _size(size),
-        precision.value,
-        tuple(calibration or ()),
-        target.value,
-        name or output.stem,
-        licence,
-        training,
-    )
-    report = convert(checkpoint, output, conversion, overwrite=overwrite)
-    if report.fp32_to_int8 is not None:
-        typer.echo("int8 against fp32 on held-out photos:", err=True)
-        for key, value in report.fp32_to_int8.items():
-            typer.echo(f"  {key}: {value}", err=True)
-    typer.echo(output)
+    Exit codes: 2 wrong usage, 3 problem with the checkpoint or with what came of it.
+    """
+    with explained("export"):
+        from .architectures import ARCHITECTURES
+        from .convert import Conversion, convert
+
+        if notice := ARCHITECTURES[arch].notice:
+            complain(notice)
+        conversion = Conversion(
+            arch.value,
+            _size(size),
+            precision.value,
+            tuple(calibration or ()),
+            target.value,
+            name or output.stem,
+            licence,
+            training,
+        )
+        report = convert(checkpoint, output, conversion, overwrite=overwrite)
+        if report.fp32_to_int8 is not None:
+            complain("int8 against fp32 on held-out photos:")
+            for key, value in report.fp32_to_int8.items():
+                complain(f"  {key}: {value}")
+        typer.echo(output)
 
 
 @app.command()
@@ -103,42 +109,27 @@ def verify(
     images: Annotated[Path, typer.Option(help="Folder of photos.")],
 ) -> None:
     """Print how far two model files' maps are apart, as JSON."""
-    from footprints_edge.model import load
+    with explained("export"):
+        from footprints_edge.model import load
 
-    from .compare import compare_models
-    from .errors import ExportError
-    from .photos import list_photos, network_inputs, spread
+        from .compare import compare_models
+        from .errors import ExportError
+        from .photos import list_photos, network_inputs, spread
 
-    a, b = load(model_a), load(model_b)
-    sizes = {size for size in (a.session.input_size, b.session.input_size) if size}
-    if len(sizes) > 1:
-        raise ExportError(f"the two models are fixed to different sizes: {sorted(sizes)}")
-    paths = spread(list_photos(images, at_least=1), 200)
-    difference = compare_models(a, b, network_inputs(paths, next(iter(sizes), None)))
-    typer.echo(json.dumps(difference.as_dict(), indent=2))
+        a, b = load(model_a), load(model_b)
+        sizes = {size for size in (a.session.input_size, b.session.input_size) if size}
+        if len(sizes) > 1:
+            raise ExportError(f"the two models are fixed to different sizes: {sorted(sizes)}")
+        paths = spread(list_photos(images, at_least=1), 200)
+        difference = compare_models(a, b, network_inputs(paths, next(iter(sizes), None)))
+        typer.echo(json.dumps(difference.as_dict(), indent=2))
 
 
 def main() -> None:
-    """Entry point: errors as one line; exit codes 2 usage, 3 model problem, 1 all else."""
+    """Entry point of ``fp-export``."""
     logging.basicConfig(level=logging.WARNING, format="%(message)s", stream=sys.stderr)
     logging.getLogger("footprints_edge_export").setLevel(logging.INFO)
-    try:
-        from footprints_edge.errors import FootprintsError, ModelError
-
-        from .errors import ExportError
-
-        try:
-            app()
-        except FootprintsError as error:
-            typer.echo(f"fp-export: {error}", err=True)
-            is_model = isinstance(error, ModelError)
-            sys.exit(3 if is_model else 2 if isinstance(error, ExportError) else 1)
-    except ModuleNotFoundError as error:
-        typer.echo(
-            f"fp-export needs the package {error.name}: pip install 'footprints-edge[export]'",
-            err=True,
-        )
-        sys.exit(3)
+    app()
 
 
 if __name__ == "__main__":

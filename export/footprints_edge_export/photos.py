@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 from footprints_edge.errors import ImageError
 from footprints_edge.images import decode
 from footprints_edge.preprocessing import preprocess, working_size
+from footprints_edge.sources import expand
 
 from .errors import ExportError
 
 logger = logging.getLogger(__name__)
-
-SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp"}
 
 
 def list_photos(folder: Path, at_least: int) -> list[Path]:
@@ -22,10 +21,11 @@ def list_photos(folder: Path, at_least: int) -> list[Path]:
 
     Raises:
         ExportError: no such folder, or fewer pictures than needed.
+        ImageError: no picture at all.
     """
     if not folder.is_dir():
         raise ExportError(f"{folder}: no such folder of photos")
-    paths = sorted(p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES)
+    paths = [source.path for source in expand(str(folder), recursive=True) if source.path]
     if len(paths) < at_least:
         raise ExportError(f"{folder}: {len(paths)} photos, at least {at_least} are needed")
     return paths

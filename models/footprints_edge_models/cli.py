@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from footprints_edge.cli.endings import explained
+
 app = typer.Typer(
     name="fp-train",
     help="Train the networks of footprints-edge.",
@@ -16,7 +18,7 @@ app = typer.Typer(
     add_completion=False,
 )
 
-DEFAULT_STAGES = ("128x224:2500", "192x320:1800", "256x448:800")
+DEFAULT_STAGES = ("128x224:2400", "192x320:1600", "256x448:700")
 
 
 @app.callback()
@@ -29,50 +31,40 @@ def edge(
     data: Annotated[Path, typer.Argument(help="Folder of the datasets (see CONTRIBUTING.md).")],
     run: Annotated[Path, typer.Option(help="Folder of the run; an unfinished run goes on.")],
     stage: Annotated[
-        list[str], typer.Option(help="HxW:STEPS, once for each stage, in order.")
+        list[str],
+        typer.Option(metavar="HxW:STEPS", help="A size and how long; repeat for more stages."),
     ] = list(DEFAULT_STAGES),  # noqa: B006  (typer copies it)
     batch: Annotated[int, typer.Option(min=1, help="Pictures a step.")] = 12,
     seed: Annotated[int, typer.Option(help="Seed of weights and data.")] = 0,
     device: Annotated[str, typer.Option(help="cpu or cuda; cuda where there is one.")] = "auto",
 ) -> None:
-    """Train the edge network on every dataset found below DATA."""
-    import torch
-    from tqdm import tqdm
+    """Train the edge network on every dataset found below DATA; prints the path of its weights."""
+    with explained("train"):
+        import torch
+        from tqdm import tqdm
 
-    from .datasets import load_datasets
-    from .training import Recipe, Stage, train
+        from .datasets import load_datasets
+        from .training import Recipe, Stage, train
 
-    if device == "auto":
-        device = "cuda" if torch.cuda.is_available() else "cpu"
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    recipe = Recipe(tuple(Stage.parse(text) for text in stage), batch=batch, seed=seed)
-    datasets = load_datasets(data)
-    with tqdm(unit="step", disable=None) as bar:
+        if device == "auto":
+            device = "cuda" if torch.cuda.is_available() else "cpu"
+        recipe = Recipe(tuple(Stage.parse(text) for text in stage), batch=batch, seed=seed)
+        datasets = load_datasets(data)
+        with tqdm(unit="step", disable=None) as bar:
 
-        def progress(step: int, steps: int, loss: float) -> None:
-            bar.total = steps
-            bar.set_postfix(loss=f"{loss:.3f}", refresh=False)
-            bar.update(step - bar.n)
+            def progress(step: int, steps: int, loss: float) -> None:
+                bar.total = steps
+                bar.set_postfix(loss=f"{loss:.3f}", refresh=False)
+                bar.update(step - bar.n)
 
-        weights = train(datasets, recipe, run, device=torch.device(device), progress=progress)
-    typer.echo(weights)
+            weights = train(datasets, recipe, run, device=torch.device(device), progress=progress)
+        typer.echo(weights)
 
 
 def main() -> None:
-    """Entry point: errors as one line, exit codes as everywhere (2 usage, 3 model problem)."""
-    from footprints_edge.errors import FootprintsError, ModelError
-
-    try:
-        app()
-    except FootprintsError as error:
-        typer.echo(f"fp-train: {error}", err=True)
-        sys.exit(3 if isinstance(error, ModelError) else 2)
-    except ModuleNotFoundError as error:
-        typer.echo(
-            f"fp-train needs the package {error.name}: pip install 'footprints-edge[train]'",
-            err=True,
-        )
-        sys.exit(3)
+    """Entry point of ``fp-train``."""
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    app()
 
 
 if __name__ == "__main__":

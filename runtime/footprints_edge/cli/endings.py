@@ -17,8 +17,13 @@ _BROKEN_PIPE = 141  # and for SIGPIPE
 
 
 @contextmanager
-def explained() -> Iterator[None]:
-    """Turns what stops a command into a message on stderr and an exit code."""
+def explained(extra: str | None = None) -> Iterator[None]:
+    """Turns what stops a command into a message on stderr and an exit code.
+
+    Args:
+        extra: The optional part of the package that the command needs; a module that is missing
+            is then one of its.
+    """
     try:
         yield
     except ModelError as error:
@@ -26,6 +31,12 @@ def explained() -> Iterator[None]:
         raise typer.Exit(MODEL_PROBLEM) from None
     except FootprintsError as error:
         complain(f"Error: {error}")
+        raise typer.Exit(USAGE) from None
+    except ModuleNotFoundError as error:
+        if extra is None:
+            raise
+        install = f"pip install 'footprints-edge[{extra}]'"
+        complain(f"Error: this needs the package {error.name}; install it with: {install}")
         raise typer.Exit(USAGE) from None
     except KeyboardInterrupt:
         raise typer.Exit(_INTERRUPTED) from None
