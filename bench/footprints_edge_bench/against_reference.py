@@ -15,6 +15,7 @@ from collections.abc import Callable
 from time import perf_counter
 
 import numpy as np
+
 from footprints_edge.cores import usable_cores
 from footprints_edge.model import load
 
@@ -47,6 +48,7 @@ def main() -> None:
     options = parser.parse_args()
 
     import torch
+
     from footprints_edge_models.reference import ReferenceNetwork
 
     torch.set_num_threads(options.threads)

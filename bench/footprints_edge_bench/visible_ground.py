@@ -14,8 +14,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from footprints_edge.model import Model, load
 from PIL import Image
+
+from footprints_edge.model import Model, load
 
 
 @dataclass(frozen=True)

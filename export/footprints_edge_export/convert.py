@@ -18,10 +18,9 @@ from torch import nn
 
 from footprints_edge.metadata import ModelMetadata
 from footprints_edge.model import Model
-from footprints_edge.registry import sha256_of
 from footprints_edge.session import Session
 from footprints_edge.version import __version__
-from footprints_edge_models.checkpoint import load_weights, read_checkpoint
+from footprints_edge_models.checkpoint import file_sha256, load_weights, read_checkpoint
 from footprints_edge_models.maps import MAX_DEPTH_M, MIN_DEPTH_M, raw_to_maps
 
 from .architectures import ARCHITECTURES
@@ -135,7 +134,7 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
             difference = _quantization_loss(fp32, int8_path, held_out, conversion.size)
             final = int8_path
         report = Report(
-            {"file": output.name, "bytes": final.stat().st_size, "sha256": sha256_of(final)},
+            {"file": output.name, "bytes": final.stat().st_size, "sha256": file_sha256(final)},
             asdict(metadata),
             parity,
             sizes,
@@ -195,7 +194,7 @@ def _metadata(checkpoint: Path, conversion: Conversion) -> ModelMetadata:
         focal_px=architecture.focal_px,
         resize="lanczos",
         licence=conversion.licence or architecture.licence,
-        source_sha256=sha256_of(checkpoint),
+        source_sha256=file_sha256(checkpoint),
         producer=f"footprints-edge {__version__}",
         training=conversion.training,
     )

@@ -1,5 +1,6 @@
 """Checkpoints are pickles from the internet: they are read without executing anything, strictly."""
 
+import hashlib
 import pickle
 from pathlib import Path
 from typing import Any
@@ -73,3 +74,9 @@ def _listed(what: str, keys: list[str], most: int = 5) -> str:
         return ""
     more = f" and {len(keys) - most} more" if len(keys) > most else ""
     return f"{len(keys)} {what}: {', '.join(keys[:most])}{more}"
+
+
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file, in hex."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
