@@ -17,6 +17,8 @@ NARROWEST_PX = 480
 
 TICKS_M = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0)
 
+_RIPPLE_PX = 12
+
 _LEGEND_PX = 300  # a tower of a picture gets margins rather than a legend that is cut off
 
 _WHITE, _INK, _PAPER, _FAINT = (255, 255, 255), (14, 16, 22), (22, 24, 31), (170, 176, 188)
@@ -38,6 +40,10 @@ def draw_overlay(prediction: Prediction) -> Image.Image:
     )
     large = prediction.at_size(size)
     depth_m = large.unmasked_ground_depth_m
+    # Lines follow every ripple of a depth; those of the ground's broad shape can be read.
+    height, width = prediction.map_size
+    broad_size = (max(2, height // _RIPPLE_PX), max(2, width // _RIPPLE_PX))
+    broad_m = prediction.at_size(broad_size).at_size(size).unmasked_ground_depth_m
     blur_px = max(2 * pen_px, 0.5 * max(size) / max(prediction.map_size))
     visible = _signed_distance_px(large.visible_ground, blur_px)
     hidden = _signed_distance_px(large.hidden_ground, blur_px)
@@ -48,14 +54,14 @@ def draw_overlay(prediction: Prediction) -> Image.Image:
     _paint(pixels, 0.62 * tint + 0.38 * grey, _inside(visible))
     _hatch(pixels, tint, _inside(hidden), pen_px)
     anywhere = _inside(np.maximum(visible, hidden))
-    _paint(pixels, _WHITE, 0.5 * anywhere * _isolines(depth_m, pen_px))
+    _paint(pixels, _WHITE, 0.5 * anywhere * _isolines(broad_m, pen_px))
     for distance_px in (hidden, visible):
         edge_px = np.abs(distance_px)
         _paint(pixels, _INK, 0.5 * _inside(np.float32(1.6 * pen_px) - edge_px))
         _paint(pixels, _WHITE, _inside(np.float32(0.7 * pen_px) - edge_px))
 
     picture = Image.fromarray(np.rint(pixels).astype(np.uint8))
-    _label_isolines(picture, depth_m, large.ground | large.visible_ground)
+    _label_isolines(picture, broad_m, large.ground | large.visible_ground)
     return _stacked(picture, _legend(max(picture.width, _LEGEND_PX), picture.height))
 
 

@@ -1,0 +1,45 @@
+"""What more than one part's tests need: the shared fixtures, and a checkpoint of the paper's net."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+SHARED = Path(__file__).resolve().parents[1].parent / "shared"
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of fixtures and photos beside the checkout; skips where it is absent."""
+    if not (SHARED / "fixtures" / "reference").is_dir():
+        pytest.skip("no ../shared beside this checkout: its fixtures are not part of the clone")
+    return SHARED
+
+
+@pytest.fixture(scope="session")
+def reference_layout(shared) -> list[tuple[str, tuple[int, ...]]]:
+    """Key and shape of every tensor of a published checkpoint, in order."""
+    path = shared / "fixtures" / "reference" / "checkpoint_layout.json"
+    return [(key, tuple(shape)) for key, shape in json.loads(path.read_text())]
+
+
+@pytest.fixture(scope="session")
+def reference_checkpoint(shared, reference_layout, tmp_path_factory) -> Path:
+    """A checkpoint of the published layout with the weights that the fixtures were made with."""
+    torch = pytest.importorskip("torch")
+    source = shared / "fixtures" / "reference" / "make_checkpoint.py"
+    spec = importlib.util.spec_from_file_location("make_checkpoint", source)
+    maker = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(maker)
+    path = tmp_path_factory.mktemp("reference") / "model.pth"
+    torch.save({key: maker.tensor(key, shape) for key, shape in reference_layout}, path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def reference_fixture(shared) -> dict[str, np.ndarray]:
+    """A picture, and what the published network makes of it with those weights."""
+    with np.load(shared / "fixtures" / "reference" / "network_96x128.npz") as arrays:
+        return dict(arrays)
