@@ -1,6 +1,10 @@
 PYTHON ?= python3
 VENV ?= .venv
 DEMO_VENV ?= .venv-demo
+DIST ?= dist
+
+# Holds for the build environments that pip makes on its way, too.
+export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test lint format types wheel clean
@@ -26,20 +30,20 @@ format: $(VENV)/installed ## format the code
 types: $(VENV)/installed ## check types
 	$(VENV)/bin/mypy
 
-wheel: $(VENV)/installed ## build the wheel into dist/
-	$(VENV)/bin/python -m build --wheel
+wheel: $(VENV)/installed ## build the wheel into DIST
+	$(VENV)/bin/python -m build --wheel --outdir $(DIST)
 
 clean: ## remove environments and builds
-	rm -rf $(VENV) $(DEMO_VENV) build dist out
+	rm -rf $(VENV) $(DEMO_VENV) build $(DIST) out
 
 $(DEMO_VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(DEMO_VENV)
-	$(DEMO_VENV)/bin/pip install -q -c constraints.txt .
+	$(DEMO_VENV)/bin/pip install -q .
 	@touch $@
 
 # torch comes first and by its pin: a plain range would pull gigabytes of CUDA packages.
 $(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(VENV)/bin/pip install -q torch==2.13.0
-	$(VENV)/bin/pip install -q -c constraints.txt -e '.[dev]'
+	$(VENV)/bin/pip install -q -e '.[dev]'
 	@touch $@

@@ -157,7 +157,7 @@ def report_path(output: Path) -> Path:
 
 def _check_options(checkpoint: Path, output: Path, conversion: Conversion, overwrite: bool) -> None:
     if conversion.precision == "int8" and not conversion.calibration:
-        raise ExportError("int8 needs photos to calibrate on: --calibration DIR, 100 or more")
+        raise ExportError("int8 needs photos to calibrate on, 100 or more: --calibration DIR")
     if conversion.size and (min(conversion.size) < 32 or any(s % 32 for s in conversion.size)):
         raise ExportError(f"size {conversion.size}: both sides must be multiples of 32")
     if output.suffix != ".onnx":

@@ -19,6 +19,7 @@ from onnxruntime.quantization import (
     QuantType,
     quantize_static,
 )
+from onnxruntime.quantization.quant_utils import add_pre_process_metadata
 
 from .image_input import NORMALISED, Normalisation
 
@@ -91,7 +92,9 @@ def quantize(
     }
     with tempfile.TemporaryDirectory() as folder:
         source, quantized = Path(folder, "float.onnx"), Path(folder, "int8.onnx")
-        onnx.save(onnx.shape_inference.infer_shapes(model), source)
+        shaped = onnx.shape_inference.infer_shapes(model)
+        add_pre_process_metadata(shaped)  # the exporter folded all that its pre-processing would
+        onnx.save(shaped, source)
         quantize_static(
             source,
             quantized,

@@ -64,7 +64,9 @@ def test_equal_steps_of_the_head_s_sigmoid_are_equal_ratios_of_distance():
         depths_m.append(disparity_to_depth_m(network(torch.rand(1, 3, 32, 32))[:, 2:]))
     middle_m = math.sqrt(0.1 * 100)  # nothing said: the geometric mean of the range
     torch.testing.assert_close(depths_m[1], torch.full((1, 2, 32, 32), middle_m), rtol=1e-4, atol=0)
-    torch.testing.assert_close(depths_m[1] / depths_m[0], depths_m[2] / depths_m[1], rtol=1e-3, atol=0)
+    torch.testing.assert_close(
+        depths_m[1] / depths_m[0], depths_m[2] / depths_m[1], rtol=1e-3, atol=0
+    )
 
 
 @torch.no_grad()

@@ -114,7 +114,9 @@ def test_ground_weighs_its_three_pixel_sets():
     logits = torch.full((1, 3), math.log(3))  # probability 0.75
     found = losses(
         raw_with(1, logits),
-        with_targets(1, 1, 3, ground=[[[1, 0, 0]]], untraversable=[[[0, 1, 0]]], prior=[[[1, 1, 0.25]]]),
+        with_targets(
+            1, 1, 3, ground=[[[1, 0, 0]]], untraversable=[[[0, 1, 0]]], prior=[[[1, 1, 0.25]]]
+        ),
     )
     expected = (-math.log(0.75) - math.log(0.25) - 0.25 * math.log(0.25)) / 3
     assert found["ground"].item() == pytest.approx(expected, abs=1e-6)

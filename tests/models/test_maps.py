@@ -33,7 +33,7 @@ def test_the_paper_s_range_and_formula():
 
 
 def test_maps_are_probabilities_and_the_disparities_as_they_are():
-    raw = torch.tensor([0.0, np.log(3), 0.25, 0.75]).reshape(1, 4, 1, 1).expand(1, 4, 2, 3)
+    raw = torch.tensor([0.0, float(np.log(3)), 0.25, 0.75]).reshape(1, 4, 1, 1).expand(1, 4, 2, 3)
     maps = raw_to_maps(raw)
     assert maps.shape == (1, 4, 2, 3)
     for channel, value in enumerate((0.5, 0.75, 0.25, 0.75)):
