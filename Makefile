@@ -36,7 +36,7 @@ wheel: $(VENV)/installed ## build the wheel into DIST
 clean: ## remove environments and builds
 	rm -rf $(VENV) $(DEMO_VENV) build $(DIST) out
 
-$(DEMO_VENV)/installed: pyproject.toml constraints.txt
+$(DEMO_VENV)/installed: pyproject.toml constraints.txt $(shell find runtime -name "*.py" -o -name "*.onnx")
 	$(PYTHON) -m venv $(DEMO_VENV)
 	$(DEMO_VENV)/bin/pip install -q .
 	@touch $@

@@ -17,7 +17,10 @@ def check_file(path: Path) -> None:
         VerificationError: it is not valid ONNX, needs other files or other operators than the
             standard ones, or its input, output or metadata are not those of the contract.
     """
-    onnx.checker.check_model(path, full_check=True)
+    try:
+        onnx.checker.check_model(path, full_check=True)
+    except (onnx.checker.ValidationError, onnx.shape_inference.InferenceError) as error:
+        raise VerificationError(f"{path.name}: not valid ONNX: {error}") from error
     model = onnx.load(path, load_external_data=False)
     if any(t.data_location == TensorProto.EXTERNAL for t in model.graph.initializer):
         raise VerificationError(f"{path.name}: weights lie outside the file")

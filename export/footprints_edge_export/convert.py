@@ -5,7 +5,6 @@ Everything is made and checked in a temporary folder; the output appears only wh
 
 import json
 import logging
-import shutil
 import tempfile
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -109,6 +108,7 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
     network = ARCHITECTURES[conversion.architecture].build().eval()
     load_weights(network, read_checkpoint(checkpoint), str(checkpoint))
     calibration, held_out = _photo_split(conversion)
+    calibrated_on = 0
     with tempfile.TemporaryDirectory(dir=output.parent, prefix=".fp-export-") as folder:
         fp32_path, int8_path = Path(folder, "fp32.onnx"), Path(folder, "int8.onnx")
         logger.info("exporting %s", checkpoint)
@@ -127,7 +127,8 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
         if conversion.precision == "int8":
             correct_first_bias(quantizable, normalisation)
             images = network_inputs(calibration, conversion.size)
-            logger.info("calibrating on %d photos", len(images))
+            calibrated_on = len(images)
+            logger.info("calibrating on %d photos", calibrated_on)
             int8_graph = quantize(quantizable, normalisation, images, conversion.target)
             join_uint8_image_quantized(int8_graph, normalisation)
             _write(int8_graph, metadata, int8_path)
@@ -139,14 +140,14 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
             parity,
             sizes,
             None if difference is None else difference.as_dict(),
-            len(calibration),
+            calibrated_on,
             None if difference is None else conversion.target,
             _versions(),
         )
         report_part = Path(folder, "report.json")
         report_part.write_text(json.dumps(asdict(report), indent=2) + "\n")
-        shutil.move(report_part, report_path(output))
         final.replace(output)
+        report_part.replace(report_path(output))
     return report
 
 
@@ -158,14 +159,14 @@ def report_path(output: Path) -> Path:
 def _check_options(checkpoint: Path, output: Path, conversion: Conversion, overwrite: bool) -> None:
     if conversion.precision == "int8" and not conversion.calibration:
         raise ExportError("int8 needs photos to calibrate on, 100 or more: --calibration DIR")
-    if conversion.size and (min(conversion.size) < 32 or any(s % 32 for s in conversion.size)):
-        raise ExportError(f"size {conversion.size}: both sides must be multiples of 32")
+    if conversion.size and (min(conversion.size) < 64 or any(s % 32 for s in conversion.size)):
+        raise ExportError(f"size {conversion.size}: both sides must be multiples of 32, from 64 on")
     if output.suffix != ".onnx":
         raise ExportError(f"{output}: a model file ends in .onnx")
     if not output.parent.is_dir():
         raise ExportError(f"{output.parent}: no such folder to write to")
     for path in (output, report_path(output)):
-        if path.exists() and path.samefile(checkpoint):
+        if path.resolve() == checkpoint.resolve():
             raise ExportError(f"{path} is the checkpoint itself; name another output")
         if path.exists() and not overwrite:
             raise ExportError(f"{path} exists; --overwrite replaces it")

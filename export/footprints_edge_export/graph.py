@@ -37,7 +37,7 @@ def to_graph(network: nn.Module, size: tuple[int, int] | None) -> onnx.ModelProt
         [1, 4, H, W].
     """
     height, width = size or (64, 96)
-    sides = [32 * torch.export.Dim(name, min=1, max=512) for name in ("h", "w")]
+    sides = [32 * torch.export.Dim(name, min=2, max=512) for name in ("h", "w")]
     shapes = {"image": {2: sides[0], 3: sides[1]}} if size is None else None
     example = torch.zeros(1, 3, height, width)
     exporter_log = logging.getLogger("torch.onnx")

@@ -42,6 +42,9 @@ def network_inputs(paths: list[Path], size: tuple[int, int] | None) -> list[NDAr
     Args:
         paths: pictures; one that cannot be read is named in a warning and left out.
         size: the model's fixed (H, W), or None for each photo's own working size.
+
+    Raises:
+        ExportError: none of them can be read.
     """
     inputs = []
     for path in paths:
@@ -51,4 +54,6 @@ def network_inputs(paths: list[Path], size: tuple[int, int] | None) -> list[NDAr
             logger.warning("left out: %s", error)
             continue
         inputs.append(preprocess(image.rgb, size or working_size(image.size)))
+    if not inputs:
+        raise ExportError(f"none of {len(paths)} photos can be read; the first is {paths[0]}")
     return inputs

@@ -44,10 +44,12 @@ def edge(
         from tqdm import tqdm
 
         from .datasets import load_datasets
-        from .training import Recipe, Stage, train
+        from .training import Recipe, Stage, TrainingError, train
 
         if device == "auto":
             device = "cuda" if torch.cuda.is_available() else "cpu"
+        if device != "cpu" and not (device.startswith("cuda") and torch.cuda.is_available()):
+            raise TrainingError(f"device {device!r}: here only cpu and, where there is one, cuda")
         recipe = Recipe(tuple(Stage.parse(text) for text in stage), batch=batch, seed=seed)
         datasets = load_datasets(data)
         with tqdm(unit="step", disable=None) as bar:

@@ -108,7 +108,9 @@ def read_rgbd_clip(folder: Path) -> Iterator[Sample]:
     plane = fit_floor(frames[::4], up)
     floor_map = build_floor_map(frames, plane)
     for entry, frame in zip(sequence["frames"], frames, strict=True):
-        image_path = next((folder / "images").glob(f"{entry['name']}.*"))
+        image_path = next((folder / "images").glob(f"{entry['name']}.*"), None)
+        if image_path is None:
+            raise DatasetError(f"{folder / 'images'}: no picture named {entry['name']}")
         cells, floor_depth_m = floor_map.project(frame)
         visible = _ground_by_depth(frame, plane)
         gap_m = floor_depth_m - np.where(frame.depth_m > 0, frame.depth_m, floor_depth_m)
@@ -229,7 +231,7 @@ def _whole_clip_split(samples: list[Sample]) -> tuple[list[Sample], list[Sample]
 
 
 def _photo_split(samples: list[Sample]) -> tuple[list[Sample], list[Sample]]:
-    """One in twenty, by a checksum of the name up to its first underscore (a drive, a house)."""
+    """One in twenty, by a checksum of the name up to its last underscore (a drive, a house)."""
 
     def held_out(sample: Sample) -> bool:
         return zlib.crc32(sample.name.rsplit("_", 1)[0].encode()) % 20 == 0
@@ -258,14 +260,18 @@ def load_datasets(root: Path) -> dict[str, Dataset]:
     """Every dataset of READERS that stands below a folder, in memory.
 
     Raises:
-        DatasetError: none of them is there, or one is not laid out as expected.
+        DatasetError: none of them is there, one is not laid out as expected, or no sample is left
+            to train on.
     """
     datasets = {}
     for name, (reader, split, share) in READERS.items():
         if (root / name).is_dir():
-            train, held_out = split(list(reader(root / name)))
+            try:
+                train, held_out = split(list(reader(root / name)))
+            except (OSError, ValueError, KeyError) as error:
+                raise DatasetError(f"{root / name}: not laid out as expected: {error}") from error
             datasets[name] = Dataset(train, held_out, share)
             logger.info("%s: %d to train on, %d held out", name, len(train), len(held_out))
-    if not datasets:
-        raise DatasetError(f"{root}: none of the folders {', '.join(READERS)} is here")
+    if not any(dataset.train for dataset in datasets.values()):
+        raise DatasetError(f"{root}: nothing to train on in the folders {', '.join(READERS)}")
     return datasets

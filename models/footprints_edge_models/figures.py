@@ -22,8 +22,10 @@ def draw_curves(run: Path) -> None:
 
     with (run / "train.csv").open() as file:
         train = list(csv.DictReader(file))
-    with (run / "validation.csv").open() as file:
-        validation = list(csv.DictReader(file))
+    validation = []
+    if (run / "validation.csv").exists():  # there is none where nothing is held out
+        with (run / "validation.csv").open() as file:
+            validation = list(csv.DictReader(file))
     figure = Figure(figsize=(15, 4), layout="constrained")
     left, middle, right = figure.subplots(1, 3)
     steps = np.array([int(row["step"]) for row in train])
@@ -44,7 +46,8 @@ def draw_curves(run: Path) -> None:
                 axes.plot([int(row["step"]) for row in rows], scores, ".-", label=name)
         axes.set(title=title, xlabel="step")
     for axes in (left, middle, right):
-        axes.legend()
+        if axes.get_lines():
+            axes.legend()
         axes.grid(alpha=0.3)
     figure.savefig(run / "curves.png", dpi=90)
 

@@ -128,7 +128,7 @@ def train(
     optimizer = torch.optim.AdamW(_parameter_groups(network, recipe))
     average = torch.optim.swa_utils.AveragedModel(
         network,
-        avg_fn=functools.partial(_moving_average, recipe.average),
+        multi_avg_fn=functools.partial(_moving_average, recipe.average),
         use_buffers=True,
     )
     start = _resume(run, recipe, network, average, optimizer)
@@ -170,12 +170,19 @@ def train(
 
 
 def _moving_average(
-    decay: float, average: torch.Tensor, current: torch.Tensor, count: torch.Tensor | int
-) -> torch.Tensor:
-    """Exponential, but plain at first, so that the fresh weights are soon forgotten."""
-    if not average.is_floating_point():
-        return current
-    return average.lerp(current, 1 - min(decay, (1 + int(count)) / (10 + int(count))))
+    decay: float,
+    averages: list[torch.Tensor],
+    currents: list[torch.Tensor],
+    count: torch.Tensor | int,
+) -> None:
+    """Exponential, but plain at first, so that the fresh weights are soon forgotten; in place."""
+    step = int(count)
+    weight = 1 - min(decay, (1 + step) / (10 + step))
+    for average, current in zip(averages, currents, strict=True):
+        if average.is_floating_point():
+            average.lerp_(current, weight)
+        else:
+            average.copy_(current)
 
 
 def _parameter_groups(network: EdgeNetwork, recipe: Recipe) -> list[dict[str, Any]]:
@@ -204,6 +211,8 @@ def _resume(
             (run / name).unlink(missing_ok=True)
         return 0
     state = read_checkpoint(run / "last.pt")
+    if not isinstance(state, dict) or "recipe" not in state:
+        raise TrainingError(f"{run / 'last.pt'} is not of a training run; name another folder")
     if state["recipe"] != asdict(recipe):
         raise TrainingError(
             f"{run} holds a run of another recipe ({state['recipe']}); name another folder"

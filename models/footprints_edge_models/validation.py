@@ -76,7 +76,7 @@ def validate_all(
     was_training = network.training
     network.eval()
     scores = {
-        name: validate(network, dataset.held_out[:: max(1, len(dataset.held_out) // most)], size)
+        name: validate(network, dataset.held_out[:: -(-len(dataset.held_out) // most)], size)
         for name, dataset in datasets.items()
         if dataset.held_out
     }

@@ -19,6 +19,9 @@ FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
 MAX_PIXELS = 178_000_000
 """Larger pictures are refused before a pixel of them is decoded: half a gigabyte as RGB."""
 
+MAX_BYTES = 512 * 2**20
+"""Longer files are refused: no picture within `MAX_PIXELS` needs them."""
+
 ImageSource: TypeAlias = "str | Path | bytes | BinaryIO | Image.Image | Rgb | DecodedImage"
 
 _UPRIGHT = {
@@ -87,8 +90,11 @@ def decode(source: ImageSource) -> DecodedImage:
         return _from_bytes(bytes(source), None, "image bytes")
     if callable(getattr(source, "read", None)):
         filename = getattr(source, "name", None)
-        path = Path(filename) if isinstance(filename, str) else None
-        data = source.read()
+        path = Path(filename) if isinstance(filename, str) and filename[:1] != "<" else None
+        try:
+            data = source.read()
+        except (OSError, ValueError) as error:
+            raise ImageError(f"{filename or 'the file object'} cannot be read: {error}") from error
         if not isinstance(data, bytes):
             raise ImageError(f"{filename or 'the file object'} reads as text; open it with 'rb'")
         return _from_bytes(data, path, str(path) if path else "image file object")
@@ -127,7 +133,11 @@ def _check_size(size: Size, label: str) -> None:
 
 def _read(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
+            raise ImageError(f"{path}: longer than {MAX_BYTES} bytes; this is no usual picture")
+        return data
     except FileNotFoundError as error:
         raise ImageError(f"{path}: no such file") from error
     except IsADirectoryError as error:
@@ -175,17 +185,21 @@ def _to_rgb(image: Image.Image) -> Image.Image:
         rgba = image.convert("RGBA")
     except ValueError as error:  # such as La, premultiplied grey
         raise ImageError(f"cannot make RGB of mode {image.mode}; convert it first") from error
-    white = Image.new("RGBA", rgba.size, "white")
-    return Image.alpha_composite(white, rgba).convert("RGB")
+    rgb = Image.new("RGB", rgba.size, "white")
+    rgb.paste(rgba, mask=rgba.getchannel("A"))
+    return rgb
 
 
 def _wide_grey_to_rgb(image: Image.Image) -> Image.Image:
     """Grey of 16 bits and more. Pillow's own conversion clips it at 255 instead of scaling it."""
+    if image.mode.startswith("I;16"):
+        to_bytes = np.rint(np.arange(2**16) / 257).astype(np.uint8)
+        return Image.fromarray(to_bytes[np.asarray(image)]).convert("RGB")
     grey = np.asarray(image).astype(np.float64)
     if not np.isfinite(grey).all():
         raise ImageError("some pixels are not finite numbers; save it as 8- or 16-bit grey")
     # 32-bit integers and floats carry no white level: the smallest usual one that holds the values
-    levels = {"I": (65535.0,), "F": (1.0, 255.0, 65535.0)}.get(image.mode, (65535.0,))
+    levels = (1.0, 255.0, 65535.0) if image.mode == "F" else (65535.0,)
     white = next((level for level in levels if grey.max() <= level), None)
     if white is None or grey.min() < 0:
         raise ImageError(

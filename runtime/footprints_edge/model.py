@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from footprints_edge import registry
 from footprints_edge.arrays import Size
-from footprints_edge.errors import ModelError
+from footprints_edge.errors import IntrinsicsError, ModelError
 from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import DecodedImage, ImageSource, decode
 from footprints_edge.metadata import ModelMetadata
@@ -140,8 +140,12 @@ def load(
 def _camera_of(image: DecodedImage, given: Camera | None) -> Intrinsics:
     if isinstance(given, Intrinsics):
         return given
-    if given is not None:
+    if callable(given):
         return given(image.size)
+    if given is not None:
+        raise IntrinsicsError(
+            f"intrinsics is a {type(given).__name__}; pass fp.Intrinsics(fx, fy, cx, cy)"
+        )
     if image.focal_35mm is not None:
         return Intrinsics.from_focal_35mm(image.focal_35mm, image.size)
     return Intrinsics.assumed(image.size)

@@ -68,7 +68,8 @@ def draw_overlay(prediction: Prediction) -> Image.Image:
 def _canvas_size(image_size: Size) -> Size:
     height, width = image_size
     scale = min(max(1.0, NARROWEST_PX / width), LONGEST_PX / max(height, width))
-    return max(1, round(height * scale)), max(1, round(width * scale))
+    # At least two rows and columns: lines of equal distance come from differences.
+    return max(2, round(height * scale)), max(2, round(width * scale))
 
 
 def _paint(pixels: Floats, colour: Floats | tuple[int, int, int], opacity: Floats) -> None:

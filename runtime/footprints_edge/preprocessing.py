@@ -30,7 +30,8 @@ def working_size(image_size: Size) -> Size:
 
     Of all pairs of multiples of 32 with at most 1.15 times `BUDGET_PX` pixels, the one that
     keeps the picture's shape and the budget best: (256, 448) for 16:9, (448, 256) for 9:16,
-    (288, 384) for 4:3. The most extreme panorama gets (32, 4096).
+    (288, 384) for 4:3. The most extreme panorama gets (64, 2048): a network that pads by
+    reflection needs two pixels where the picture is smallest.
 
     Args:
         image_size: (H, W) of the upright picture.
@@ -46,7 +47,7 @@ def working_size(image_size: Size) -> Size:
     most = int(_MOST_PX)
     candidates = (
         (h, w)
-        for h in range(STRIDE, math.isqrt(most) + 1, STRIDE)
+        for h in range(2 * STRIDE, math.isqrt(most) + 1, STRIDE)
         for w in range(h, most // h + 1, STRIDE)
     )
 

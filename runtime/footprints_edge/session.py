@@ -11,6 +11,7 @@ from footprints_edge.cores import usable_cores
 from footprints_edge.errors import ModelError
 
 _CPU = "CPUExecutionProvider"
+_MOST_THREADS = 256
 
 _FOREIGN = {
     b"version https://git-lfs": "it is a Git LFS pointer, not the model; fetch it: git lfs pull",
@@ -46,15 +47,18 @@ class Session:
             ModelError: If the file is missing, damaged or foreign, a provider is not available,
                 or the number of threads is not positive.
         """
-        if threads is not None and threads < 1:
-            raise ModelError(f"threads is {threads}; give 1 or more, or leave it out")
+        if threads is not None and not 1 <= threads <= _MOST_THREADS:
+            raise ModelError(f"threads is {threads}; give 1 to {_MOST_THREADS}, or leave it out")
         data = _read(path)
         self.path = path
         self.sha256 = hashlib.sha256(data).hexdigest()
         self.threads = threads or usable_cores()
+        if isinstance(providers, str):
+            providers = [providers]
         wanted = _checked_providers([_CPU] if providers is None else list(providers))
+        options = _options(self.threads)
         try:
-            self._session = ort.InferenceSession(data, _options(self.threads), providers=wanted)
+            self._session = ort.InferenceSession(data, options, providers=wanted)
         except Exception as error:  # onnxruntime's exceptions share no base class
             raise ModelError(
                 f"{path} cannot be loaded ({len(data)} bytes, sha256 {self.sha256}): it is "

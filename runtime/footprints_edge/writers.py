@@ -97,7 +97,7 @@ def refuse_overwriting(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
 
 
 def _write_whole(path: Path, data: bytes) -> None:
-    temporary = path.with_name(f".{path.name}.{os.getpid()}-{get_ident()}.part")
+    temporary = path.with_name(f".fp-{os.getpid()}-{get_ident()}.part")
     try:
         temporary.write_bytes(data)
         temporary.replace(path)

@@ -51,13 +51,16 @@ def plan(
     """
     output_paths(Path(), "any", formats)
     batch = Batch()
-    sources: dict[Source, None] = {}
+    distinct: dict[tuple[Path | None, Path], Source] = {}
     for name in named:
         try:
-            sources |= dict.fromkeys(expand(name, recursive=recursive))
-        except FootprintsError as error:
+            for source in expand(name, recursive=recursive):
+                place = source.path.resolve() if source.path else None
+                distinct.setdefault((place, _folder(source, output).resolve()), source)
+        except (FootprintsError, OSError) as error:
             batch.total += 1
             batch.failures.append(str(error))
+    sources = list(distinct.values())
     batch.total += len(sources)
     inputs = [source.path for source in sources if source.path]
     made_from: dict[Path, Source] = {}
@@ -66,11 +69,13 @@ def plan(
         try:
             refuse_overwriting(targets, inputs)
             _refuse_sharing(targets, made_from)
-        except OutputError as error:
+            kept = [path for path in targets if path.exists() and not overwrite]
+            if kept and source.path is None:  # who knows which picture it was made from
+                raise OutputError(f"its result {kept[0]} is there already; --overwrite replaces it")
+        except (OutputError, OSError) as error:
             batch.failures.append(f"{source.label}: {error}")
             continue
         made_from |= dict.fromkeys(targets, source)
-        kept = [path for path in targets if path.exists() and not overwrite]
         batch.kept += kept
         if len(kept) < len(targets):
             missing = {path: targets[path] for path in targets if path not in kept}

@@ -43,6 +43,9 @@ def explained(extra: str | None = None) -> Iterator[None]:
     except BrokenPipeError:  # the reader, such as `head`, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise typer.Exit(_BROKEN_PIPE) from None
+    except OSError as error:  # a folder that cannot be made, a disk that is full
+        complain(f"Error: {error}")
+        raise typer.Exit(USAGE) from None
 
 
 def complain(message: str) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from footprints_edge.cli.endings import SOME_FAILED, complain, explained, show_version
-from footprints_edge.errors import FootprintsError, ModelError
+from footprints_edge.errors import FootprintsError, ImageError
 
 if TYPE_CHECKING:
     from footprints_edge.cli.batch import Batch, Task
@@ -41,7 +41,8 @@ def infer(
         str | None, typer.Option(help="Model file, or a name that fp-models list shows.")
     ] = None,
     threads: Annotated[
-        int | None, typer.Option(min=1, help="Threads, instead of one for each usable core.")
+        int | None,
+        typer.Option(min=1, max=256, help="Threads, instead of one for each usable core."),
     ] = None,
     threshold: Annotated[
         float, typer.Option(min=0, max=1, help="Probability above which a pixel is ground.")
@@ -59,7 +60,9 @@ def infer(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace results that are there already.")
     ] = False,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Show errors only.")] = False,
+    quiet: Annotated[
+        bool, typer.Option("-q", "--quiet", help="No progress, no notes; results and errors only.")
+    ] = False,
     verbose: Annotated[
         bool, typer.Option("-v", "--verbose", help="Say a line about each picture.")
     ] = False,
@@ -75,11 +78,13 @@ def infer(
     """
     with explained():
         from footprints_edge.cli.batch import plan
+        from footprints_edge.registry import resolve
 
         warnings.filterwarnings("ignore", module=r"PIL\.")  # what matters arrives as ImageError
         camera = _camera(fx, fy, cx, cy, hfov)
         wanted = [part.strip() for text in formats or ["overlay"] for part in text.split(",")]
         batch = plan(images, wanted, output, recursive=recursive, overwrite=overwrite)
+        resolve(model)  # a wrong name shows even where there is nothing to do
         if batch.tasks:
             from footprints_edge.model import load
 
@@ -138,11 +143,12 @@ def _work(
         progress.show(done, task.source.label)
         try:
             prediction = _predict_and_write(task, model, camera, threshold)
-        except ModelError:
-            progress.clear()
-            raise
         except FootprintsError as error:
             batch.failures.append(str(error))
+            continue
+        except Exception as error:  # whatever it is, the other pictures still come out
+            reason = f"{type(error).__name__}: {error}"
+            batch.failures.append(f"{task.source.label} cannot be processed: {reason}")
             continue
         progress.clear()
         if verbose:
@@ -157,10 +163,17 @@ def _predict_and_write(
 ) -> "Prediction":
     from footprints_edge.writers import write
 
-    image = task.source.path or sys.stdin.buffer.read()
+    image = task.source.path or _standard_input()
     prediction = model.predict(image, intrinsics=camera, threshold=threshold)
     write(prediction, task.targets)
     return prediction
+
+
+def _standard_input() -> bytes:
+    data = sys.stdin.buffer.read() if sys.stdin else b""
+    if not data:
+        raise ImageError("standard input is empty; pipe a picture into it")
+    return data
 
 
 def _line_about(task: "Task", prediction: "Prediction") -> str:
