@@ -1,4 +1,4 @@
-"""What more than one part's tests need: the shared fixtures, and a checkpoint of the paper's net."""
+"""What more than one part's tests need: the shared fixtures, a checkpoint of the paper's net."""
 
 import importlib.util
 import json
@@ -6,6 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
+
+settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.load_profile("repeatable")
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 

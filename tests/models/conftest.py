@@ -42,7 +42,7 @@ class Scene:
 
 
 def look_at(eye, target):
-    """Camera-to-world pose of a camera at `eye` that looks at `target`, upright, z of the world up."""
+    """Camera-to-world pose of an upright camera that looks from `eye` at `target`; z is up."""
     forward = np.subtract(target, eye).astype(float)
     forward /= np.linalg.norm(forward)
     right = np.cross(forward, [0, 0, 1])

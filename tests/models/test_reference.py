@@ -54,5 +54,5 @@ def test_every_scale_is_that_of_the_published_network(network, image, reference_
 @torch.no_grad()
 def test_portrait_and_landscape_keep_their_size():
     network = ReferenceNetwork().eval()
-    for height, width in ((64, 32), (32, 96)):
+    for height, width in ((96, 64), (64, 128)):
         assert network(torch.rand(2, 3, height, width)).shape == (2, 4, height, width)

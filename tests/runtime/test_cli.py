@@ -85,6 +85,59 @@ def test_one_bad_file_among_good_ones(infer, photos):
     assert "missing.jpg: no such file" in result.stderr
 
 
+@pytest.mark.parametrize("size", [(1, 3000), (3000, 1), (2, 2), (1, 1)])
+def test_pictures_of_odd_shape_get_every_format(infer, tmp_path, size):
+    Image.new("RGB", size, "green").save(tmp_path / "odd.png")
+    result = infer(tmp_path / "odd.png", "--format", "overlay,npz,png16,json,ply")
+    assert result.exit_code == 0, result.output
+    assert len(result.stdout.splitlines()) == 9
+
+
+def test_a_picture_that_breaks_the_network_leaves_the_others(infer, photos, monkeypatch):
+    from footprints_edge.errors import ModelError
+    from footprints_edge.session import Session
+
+    run, broken = Session.run, iter([ModelError("failed on this input"), RuntimeError("a bug")])
+
+    def breaks_twice(session, image):
+        if (error := next(broken, None)) is not None:
+            raise error
+        return run(session, image)
+
+    monkeypatch.setattr(Session, "run", breaks_twice)
+    result = infer(photos, "--recursive")
+    assert result.exit_code == 1
+    assert len(result.stdout.splitlines()) == 1
+    assert "2 of 3 failed" in result.stderr
+    assert "RuntimeError: a bug" in result.stderr
+
+
+def test_a_picture_named_twice_is_done_once(infer, photos):
+    result = infer(photos, photos / "a.png", photos / "sub" / ".." / "b.bmp")
+    assert result.exit_code == 0, result.output
+    assert len(result.stdout.splitlines()) == 2
+
+
+def test_an_impossible_name_fails_alone(infer, photos):
+    result = infer(photos / ("x" * 300 + ".png"), photos / "a.png")
+    assert result.exit_code == 1
+    assert result.stdout.splitlines() == [str(photos / "a.png.overlay.png")]
+
+
+def test_a_long_name_still_gets_its_results(infer, photos):
+    name = "y" * 220 + ".png"
+    (photos / "a.png").rename(photos / name)
+    assert infer(photos / name, "--format", "json").exit_code == 0
+
+
+def test_a_second_picture_from_stdin_is_not_taken_for_the_first(infer, photos, tmp_path):
+    data = (photos / "a.png").read_bytes()
+    assert infer("-", "-o", tmp_path / "out", input=data).exit_code == 0
+    again = infer("-", "-o", tmp_path / "out", input=data)
+    assert again.exit_code == 1
+    assert "--overwrite" in again.stderr
+
+
 def test_an_empty_folder_fails_alone(infer, photos, tmp_path):
     (tmp_path / "empty").mkdir()
     result = infer(tmp_path / "empty", photos / "a.png")

@@ -262,3 +262,18 @@ def test_large_pictures_within_the_limit_are_fine(monkeypatch, picture):
     monkeypatch.setattr(images, "MAX_PIXELS", 5999)
     with pytest.raises(ImageError):
         decode(picture)
+
+
+def test_sixteen_bit_grey_keeps_every_level_in_order():
+    levels = np.arange(65536, dtype=np.uint16).reshape(256, 256)
+    buffer = io.BytesIO()
+    Image.fromarray(levels).save(buffer, "PNG")
+    found = decode(buffer.getvalue()).rgb[..., 0]
+    assert np.abs(found - levels / 257).max() <= 0.5
+
+
+def test_an_endless_file_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("footprints_edge.images.MAX_BYTES", 1000)
+    (tmp_path / "endless.png").write_bytes(bytes(1001))
+    with pytest.raises(ImageError, match="1000 bytes"):
+        decode(tmp_path / "endless.png")

@@ -1,0 +1,178 @@
+"""Exports are slow: each is made once a session, and each network's graph is made once."""
+
+import functools
+
+import numpy as np
+import onnx
+import pytest
+import torch
+from onnx import TensorProto
+from PIL import Image
+
+from footprints_edge.metadata import ModelMetadata
+from footprints_edge_export import convert as convert_module
+from footprints_edge_export.convert import Conversion, convert
+from footprints_edge_models.edge import EdgeNetwork
+
+torch.set_num_threads(1)  # small pictures: threads cost more than they give
+
+TRAINING = "nothing: random weights"
+
+
+@pytest.fixture(scope="session")
+def photos(tmp_path_factory):
+    """A folder of ten small made-up photos: coloured blobs of many sizes, no two alike."""
+    folder = tmp_path_factory.mktemp("photos")
+    generator = torch.Generator().manual_seed(0)
+    for index in range(10):
+        picture = torch.zeros(3, 72, 104)
+        for side in (3, 9, 26):
+            noise = torch.rand(1, 3, side, side, generator=generator)
+            picture += torch.nn.functional.interpolate(noise, (72, 104), mode="bicubic")[0] / 3
+        pixels = (picture.clamp(0, 1) * 255).byte().permute(1, 2, 0).numpy()
+        Image.fromarray(pixels).save(folder / f"{index}.png")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def edge_network():
+    """An untrained edge network whose batch norms fit its weights, so that its maps vary."""
+    torch.manual_seed(0)
+    network = EdgeNetwork().train()
+    for module in network.modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            module.momentum = 1.0
+            torch.nn.init.uniform_(module.weight, 0.7, 1.3)
+            torch.nn.init.normal_(module.bias, 0, 0.2)
+    with torch.no_grad():
+        noise = torch.rand(4, 3, 12, 16)
+        network(torch.nn.functional.interpolate(noise, (96, 128), mode="bicubic").clamp(0, 1))
+    return network.eval()
+
+
+@pytest.fixture(scope="session")
+def edge_checkpoint(edge_network, tmp_path_factory):
+    """Its state dict in a file."""
+    path = tmp_path_factory.mktemp("edge") / "weights.pt"
+    torch.save(edge_network.state_dict(), path)
+    return path
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _graphs_once():
+    """Remember the exporter's graph by architecture, weights and size."""
+    made, to_graph = {}, convert_module.to_graph
+
+    def remembered(network, size):
+        first = next(iter(network.parameters()))
+        key = (type(network).__name__, first.sum().item(), size)
+        if key not in made:
+            made[key] = to_graph(network, size)
+        graph = onnx.ModelProto()
+        graph.CopyFrom(made[key])
+        return graph
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(convert_module, "to_graph", remembered)
+        yield
+
+
+@pytest.fixture(scope="session")
+def conversion():
+    """The function that says what to make of a checkpoint, edge fp32 of any size by default."""
+
+    def make(
+        architecture="edge",
+        size=None,
+        precision="fp32",
+        calibration=(),
+        target="x86-vnni",
+        name="test",
+        licence=None,
+        training=TRAINING,
+    ):
+        return Conversion(
+            architecture, size, precision, calibration, target, name, licence, training
+        )
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def edge_fp32(edge_checkpoint, conversion, tmp_path_factory):
+    """The edge network for any size, in its own folder, and the report."""
+    path = tmp_path_factory.mktemp("fp32") / "edge.onnx"
+    return path, convert(edge_checkpoint, path, conversion(), overwrite=False)
+
+
+SMALL = (64, 96)
+
+
+@pytest.fixture(scope="session")
+def edge_fixed(edge_checkpoint, conversion, tmp_path_factory):
+    """The edge network for (64, 96)."""
+    path = tmp_path_factory.mktemp("fixed") / "edge.onnx"
+    return path, convert(edge_checkpoint, path, conversion(size=SMALL), overwrite=False)
+
+
+@pytest.fixture(scope="session")
+def make_int8(edge_checkpoint, conversion, photos, tmp_path_factory):
+    """The function that gives the int8 file for (64, 96) and a kind of CPU, and its report."""
+
+    @functools.cache
+    def make(target):
+        path = tmp_path_factory.mktemp("int8") / "edge.onnx"
+        wanted = conversion(
+            size=SMALL, precision="int8", calibration=(photos,), target=target, name="small"
+        )
+        return path, convert(edge_checkpoint, path, wanted, overwrite=False)
+
+    return make
+
+
+@pytest.fixture(params=["x86-vnni", "x86-avx2", "arm64"])
+def edge_int8(request, make_int8):
+    """The edge network in int8, for each kind of CPU: file, report, kind."""
+    return *make_int8(request.param), request.param
+
+
+METADATA = ModelMetadata(
+    name="tiny",
+    architecture="edge",
+    precision="fp32",
+    depth_range_m=(0.1, 100.0),
+    focal_px=None,
+    resize="lanczos",
+    licence="Apache-2.0",
+    source_sha256="0" * 64,
+    producer="tests",
+    training="none",
+)
+
+
+@pytest.fixture(scope="session")
+def tiny_model():
+    """The function that makes a tiny model of the contract, for tests to bend."""
+
+    def make(size=("H", "W"), bias=(0.1, 0.2, 0.3, 0.4), props=None):
+        weights = np.full((4, 3, 1, 1), 1 / 1024, np.float32)
+        graph = onnx.helper.make_graph(
+            [
+                onnx.helper.make_node("Cast", ["image"], ["float"], to=TensorProto.FLOAT),
+                onnx.helper.make_node("Transpose", ["float"], ["planes"], perm=[0, 3, 1, 2]),
+                onnx.helper.make_node("Conv", ["planes", "weights", "bias"], ["maps"]),
+            ],
+            "tiny",
+            [onnx.helper.make_tensor_value_info("image", TensorProto.UINT8, [1, *size, 3])],
+            [onnx.helper.make_tensor_value_info("maps", TensorProto.FLOAT, [1, 4, *size])],
+            [
+                onnx.numpy_helper.from_array(weights, "weights"),
+                onnx.numpy_helper.from_array(np.array(bias, np.float32), "bias"),
+            ],
+        )
+        opsets = [onnx.helper.make_opsetid("", 18)]
+        model = onnx.helper.make_model(graph, opset_imports=opsets, ir_version=10)
+        onnx.helper.set_model_props(model, METADATA.to_props() if props is None else props)
+        return model
+
+    return make
