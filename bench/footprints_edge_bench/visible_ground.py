@@ -42,7 +42,9 @@ def score(
     """
     overlap = union = photos = 0
     for labels_path in sorted((folder / "labels").glob("*.png")):
-        image_path = next((folder / "images").glob(f"{labels_path.stem}.*"))
+        image_path = next((folder / "images").glob(f"{labels_path.stem}.*"), None)
+        if image_path is None:
+            raise SystemExit(f"{labels_path}: no picture of that name in {folder / 'images'}")
         ids = np.asarray(Image.open(labels_path))
         known = ~np.isin(ids, void)
         truth = np.isin(ids, walkable) & known

@@ -121,7 +121,9 @@ def verify(
         if len(sizes) > 1:
             raise ExportError(f"the two models are fixed to different sizes: {sorted(sizes)}")
         paths = spread(list_photos(images, at_least=1), 200)
-        difference = compare_models(a, b, network_inputs(paths, next(iter(sizes), None)))
+        difference = compare_models(
+            a, b, network_inputs(paths, next(iter(sizes), None), a.metadata.resize)
+        )
         typer.echo(json.dumps(difference.as_dict(), indent=2))
 
 

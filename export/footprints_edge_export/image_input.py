@@ -34,7 +34,8 @@ class Normalisation:
     @property
     def is_whole(self) -> bool:
         """Whether a DequantizeLinear says it to float32's precision."""
-        return abs(self.zero_byte - self.zero_point) < 1e-5 * 255
+        is_near = abs(self.zero_byte - self.zero_point) < 1e-5 * 255
+        return is_near and 0 <= self.zero_point <= 255
 
 
 def split_normalisation(model: onnx.ModelProto) -> Normalisation:

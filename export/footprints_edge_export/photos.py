@@ -36,12 +36,15 @@ def spread(paths: list[Path], most: int) -> list[Path]:
     return paths if len(paths) <= most else [paths[i * len(paths) // most] for i in range(most)]
 
 
-def network_inputs(paths: list[Path], size: tuple[int, int] | None) -> list[NDArray[np.uint8]]:
+def network_inputs(
+    paths: list[Path], size: tuple[int, int] | None, resize: str = "lanczos"
+) -> list[NDArray[np.uint8]]:
     """Photos through the runtime's preprocessing, uint8 (1, H, W, 3) each.
 
     Args:
         paths: pictures; one that cannot be read is named in a warning and left out.
         size: the model's fixed (H, W), or None for each photo's own working size.
+        resize: filter, from the model's metadata.
 
     Raises:
         ExportError: none of them can be read.
@@ -53,7 +56,7 @@ def network_inputs(paths: list[Path], size: tuple[int, int] | None) -> list[NDAr
         except ImageError as error:
             logger.warning("left out: %s", error)
             continue
-        inputs.append(preprocess(image.rgb, size or working_size(image.size)))
+        inputs.append(preprocess(image.rgb, size or working_size(image.size), resize))
     if not inputs:
         raise ExportError(f"none of {len(paths)} photos can be read; the first is {paths[0]}")
     return inputs

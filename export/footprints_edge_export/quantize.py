@@ -21,6 +21,7 @@ from onnxruntime.quantization import (
 )
 from onnxruntime.quantization.quant_utils import add_pre_process_metadata
 
+from .errors import ExportError
 from .image_input import NORMALISED, Normalisation
 
 
@@ -82,6 +83,10 @@ def quantize(
     Returns:
         A QDQ graph of the same input, per-channel int8 weights.
     """
+    if not 0 <= normalisation.zero_point <= 255:
+        raise ExportError(
+            f"the network's zero is byte {normalisation.zero_byte:g}; int8 needs one from 0 to 255"
+        )
     settings = TARGETS[target]
     is_signed = settings.activations == QuantType.QInt8
     zero_dtype = np.int8 if is_signed else np.uint8

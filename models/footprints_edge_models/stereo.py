@@ -64,6 +64,8 @@ def fit_road(frame: Frame, seed: int = 0) -> Plane | None:
         normal *= -np.sign(normal[1]) / length  # the camera's y axis points down
         if normal[1] > -np.cos(np.radians(15)):
             continue
+        if (a - frame.camera_to_world[:3, 3]) @ normal >= 0:  # level with the camera or above
+            continue
         inliers = np.abs((points - a) @ normal) < 0.05
         if inliers.sum() > best.sum():
             best = inliers

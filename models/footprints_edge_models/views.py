@@ -57,9 +57,10 @@ class VirtualCamera:
 def covering_camera(
     sample: Sample, size: tuple[int, int], rng: np.random.Generator | None
 ) -> VirtualCamera:
-    """A camera whose view lies in the sample's picture; the largest central one without ``rng``.
+    """A camera whose view lies in the sample's picture but for corners; central without ``rng``.
 
-    Zoom is up to 1.7, wide views more often; roll about 3 degrees.
+    Zoom is up to 1.7, wide views more often; roll about 3 degrees. A camera that looks aside sees a
+    trapezoid of the picture: what lies outside is mirrored in the view and has no labels.
     """
     height, width = sample.image.shape[:2]
     camera = sample.intrinsics
