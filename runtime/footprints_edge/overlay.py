@@ -1,8 +1,10 @@
 """The picture for people: ground tinted by distance, hidden ground hatched, a legend below."""
 
+from dataclasses import replace
 from statistics import NormalDist
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 from footprints_edge.arrays import Floats, Mask, Size
@@ -17,7 +19,7 @@ NARROWEST_PX = 480
 
 TICKS_M = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0)
 
-_RIPPLE_PX = 12
+_RIPPLE_PX = 12  # of the maps
 
 _LEGEND_PX = 300  # a tower of a picture gets margins rather than a legend that is cut off
 
@@ -41,9 +43,8 @@ def draw_overlay(prediction: Prediction) -> Image.Image:
     large = prediction.at_size(size)
     depth_m = large.unmasked_ground_depth_m
     # Lines follow every ripple of a depth; those of the ground's broad shape can be read.
-    height, width = prediction.map_size
-    broad_size = (max(2, height // _RIPPLE_PX), max(2, width // _RIPPLE_PX))
-    broad_m = prediction.at_size(broad_size).at_size(size).unmasked_ground_depth_m
+    broad = replace(prediction, unmasked_ground_depth_m=_broad(prediction.unmasked_ground_depth_m))
+    broad_m = broad.at_size(size).unmasked_ground_depth_m
     blur_px = max(2 * pen_px, 0.5 * max(size) / max(prediction.map_size))
     visible = _signed_distance_px(large.visible_ground, blur_px)
     hidden = _signed_distance_px(large.hidden_ground, blur_px)
@@ -114,6 +115,19 @@ def _hatch(pixels: Floats, colour: Floats, opacity: Floats, pen_px: float) -> No
     _paint(pixels, _INK, 0.45 * opacity * (1 - stripe))
     _paint(pixels, colour, opacity * (0.12 + 0.83 * stripe))
     _paint(pixels, _WHITE, 0.8 * opacity * rim)
+
+
+def _broad(depth_m: Floats) -> Floats:
+    """The depth without its ripples: a moving mean of its inverse, which keeps planes planes."""
+    nearness = np.reciprocal(depth_m, dtype=np.float64)
+    for axis in (0, 1, 0, 1):
+        reach = min(_RIPPLE_PX, nearness.shape[axis] - 1)
+        around = [(reach, reach) if axis == each else (0, 0) for each in (0, 1)]
+        # an odd reflection goes on as the slope does: no flat rim at the picture's border
+        padded = np.pad(nearness, around, mode="reflect", reflect_type="odd")
+        window = sliding_window_view(padded, 2 * reach + 1, axis=axis)
+        nearness = window.mean(axis=-1)
+    return np.reciprocal(np.maximum(nearness, 1e-3)).astype(np.float32)
 
 
 def _isolines(depth_m: Floats, pen_px: float) -> Floats:
