@@ -117,13 +117,12 @@ def verify(
         from .photos import list_photos, network_inputs, spread
 
         a, b = load(model_a), load(model_b)
-        sizes = {size for size in (a.session.input_size, b.session.input_size) if size}
+        fixed = [model for model in (a, b) if model.session.input_size]
+        sizes = sorted({size for model in fixed if (size := model.session.input_size)})
         if len(sizes) > 1:
-            raise ExportError(f"the two models are fixed to different sizes: {sorted(sizes)}")
+            raise ExportError(f"the two models are fixed to different sizes: {sizes}")
         paths = spread(list_photos(images, at_least=1), 200)
-        difference = compare_models(
-            a, b, network_inputs(paths, next(iter(sizes), None), a.metadata.resize)
-        )
+        difference = compare_models(a, b, network_inputs(paths, next(iter(fixed), a)))
         typer.echo(json.dumps(difference.as_dict(), indent=2))
 
 

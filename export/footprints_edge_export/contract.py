@@ -15,7 +15,8 @@ def check_file(path: Path) -> None:
 
     Raises:
         VerificationError: it is not valid ONNX, needs other files or other operators than the
-            standard ones, or its input, output or metadata are not those of the contract.
+            standard ones, or its input or output are not those of the contract.
+        ModelError: its metadata are not.
     """
     try:
         onnx.checker.check_model(path, full_check=True)

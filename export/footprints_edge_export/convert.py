@@ -123,19 +123,19 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
         sizes = [conversion.size] if conversion.size else [(96, 128), (160, 96), (256, 448)]
         parity = _parity(network, fp32, sizes)
         logger.info("torch against ONNX fp32, largest difference: %s", _short(parity))
-        final, difference = fp32_path, None
+        final, difference = fp32, None
         if conversion.precision == "int8":
             correct_first_bias(quantizable, normalisation)
-            images = network_inputs(calibration, conversion.size)
+            images = network_inputs(calibration, fp32)
             calibrated_on = len(images)
             logger.info("calibrating on %d photos", calibrated_on)
             int8_graph = quantize(quantizable, normalisation, images, conversion.target)
             join_uint8_image_quantized(int8_graph, normalisation)
             _write(int8_graph, metadata, int8_path)
-            difference = _quantization_loss(fp32, int8_path, held_out, conversion.size)
-            final = int8_path
+            final = Model(Session(int8_path))
+            difference = _quantization_loss(fp32, final, held_out)
         report = Report(
-            {"file": output.name, "bytes": final.stat().st_size, "sha256": file_sha256(final)},
+            {"file": output.name, "bytes": final.path.stat().st_size, "sha256": final.sha256},
             asdict(metadata),
             parity,
             sizes,
@@ -146,7 +146,7 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
         )
         report_part = Path(folder, "report.json")
         report_part.write_text(json.dumps(asdict(report), indent=2) + "\n")
-        final.replace(output)
+        final.path.replace(output)
         report_part.replace(report_path(output))
     return report
 
@@ -237,10 +237,8 @@ def _test_picture(height: int, width: int, rng: np.random.Generator) -> NDArray[
     return (ramps + rng.integers(0, 56, (height, width, 3))).astype(np.uint8)[None]
 
 
-def _quantization_loss(
-    fp32: Model, int8_path: Path, held_out: list[Path], size: tuple[int, int] | None
-) -> Difference:
-    difference = compare_models(fp32, Model(Session(int8_path)), network_inputs(held_out, size))
+def _quantization_loss(fp32: Model, int8: Model, held_out: list[Path]) -> Difference:
+    difference = compare_models(fp32, int8, network_inputs(held_out, fp32))
     if not np.isfinite(list(difference.max_abs.values())).all():
         raise VerificationError("the int8 model gives maps that are not numbers; no file written")
     return difference

@@ -86,27 +86,12 @@ def join_uint8_image(model: onnx.ModelProto, normalisation: Normalisation) -> No
     """Give a float graph its uint8 input, in place: Transpose, then the normalisation."""
     graph = model.graph
     _uint8_input(graph)
-    scale = np.float32(normalisation.scale)
+    _add_constant(graph, "image_scale", np.float32(normalisation.scale))
     front = [_transpose()]
     if normalisation.is_whole:
-        graph.initializer.extend(
-            [
-                numpy_helper.from_array(np.array(scale), "image_scale"),
-                numpy_helper.from_array(
-                    np.array(normalisation.zero_point, np.uint8), "image_zero_point"
-                ),
-            ]
-        )
-        inputs = ["image_nchw", "image_scale", "image_zero_point"]
-        front.append(helper.make_node("DequantizeLinear", inputs, [NORMALISED], "normalise"))
+        front.append(_dequantize(graph, "image_scale", normalisation))
     else:
-        zero = np.array(normalisation.zero_byte, np.float32)
-        graph.initializer.extend(
-            [
-                numpy_helper.from_array(zero, "image_zero"),
-                numpy_helper.from_array(np.array(scale), "image_scale"),
-            ]
-        )
+        _add_constant(graph, "image_zero", np.float32(normalisation.zero_byte))
         front += [
             helper.make_node("Cast", ["image_nchw"], ["image_f"], "to_float", to=TensorProto.FLOAT),
             helper.make_node("Sub", ["image_f", "image_zero"], ["image_centred"], "centre"),
@@ -126,20 +111,13 @@ def join_uint8_image_quantized(model: onnx.ModelProto, normalisation: Normalisat
     constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
     zero_point = constants[quantize.input[2]]
     _uint8_input(graph)
+    front = [_transpose()]
     if zero_point.dtype == np.uint8:
         for node in graph.node:
             _rename_input(node, quantize.output[0], "image_nchw")
         graph.node.remove(quantize)
-        front = [_transpose()]
     else:
-        name = "image_zero_point"
-        byte_zero = np.array(normalisation.zero_point, np.uint8)
-        graph.initializer.append(numpy_helper.from_array(byte_zero, name))
-        inputs = ["image_nchw", quantize.input[1], name]
-        front = [
-            _transpose(),
-            helper.make_node("DequantizeLinear", inputs, [NORMALISED], "normalise"),
-        ]
+        front.append(_dequantize(graph, quantize.input[1], normalisation))
     _prepend(graph, front)
     drop_unused_initializers(graph)
 
@@ -184,6 +162,19 @@ def _uint8_input(graph: onnx.GraphProto) -> None:
 
 def _transpose() -> onnx.NodeProto:
     return helper.make_node("Transpose", ["image"], ["image_nchw"], "to_nchw", perm=[0, 3, 1, 2])
+
+
+def _dequantize(
+    graph: onnx.GraphProto, scale_name: str, normalisation: Normalisation
+) -> onnx.NodeProto:
+    """Bytes to ``image_normalised``, with a zero point that is added to the graph."""
+    _add_constant(graph, "image_zero_point", np.uint8(normalisation.zero_point))
+    inputs = ["image_nchw", scale_name, "image_zero_point"]
+    return helper.make_node("DequantizeLinear", inputs, [NORMALISED], "normalise")
+
+
+def _add_constant(graph: onnx.GraphProto, name: str, value: np.float32 | np.uint8) -> None:
+    graph.initializer.append(numpy_helper.from_array(np.array(value), name))
 
 
 def _prepend(graph: onnx.GraphProto, front: list[onnx.NodeProto]) -> None:

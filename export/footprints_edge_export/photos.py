@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from footprints_edge.errors import ImageError
 from footprints_edge.images import decode
-from footprints_edge.preprocessing import preprocess, working_size
+from footprints_edge.model import Model
+from footprints_edge.preprocessing import preprocess
 from footprints_edge.sources import expand
 
 from .errors import ExportError
@@ -36,15 +37,12 @@ def spread(paths: list[Path], most: int) -> list[Path]:
     return paths if len(paths) <= most else [paths[i * len(paths) // most] for i in range(most)]
 
 
-def network_inputs(
-    paths: list[Path], size: tuple[int, int] | None, resize: str = "lanczos"
-) -> list[NDArray[np.uint8]]:
+def network_inputs(paths: list[Path], model: Model) -> list[NDArray[np.uint8]]:
     """Photos through the runtime's preprocessing, uint8 (1, H, W, 3) each.
 
     Args:
         paths: pictures; one that cannot be read is named in a warning and left out.
-        size: the model's fixed (H, W), or None for each photo's own working size.
-        resize: filter, from the model's metadata.
+        model: what they are for; it decides on size and filter.
 
     Raises:
         ExportError: none of them can be read.
@@ -56,7 +54,7 @@ def network_inputs(
         except ImageError as error:
             logger.warning("left out: %s", error)
             continue
-        inputs.append(preprocess(image.rgb, size or working_size(image.size), resize))
+        inputs.append(preprocess(image.rgb, model.input_size(image.size), model.metadata.resize))
     if not inputs:
         raise ExportError(f"none of {len(paths)} photos can be read; the first is {paths[0]}")
     return inputs

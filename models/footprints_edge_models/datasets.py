@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from footprints_edge.errors import FootprintsError
-from footprints_edge.geometry import Intrinsics, rays
+from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
+from footprints_edge.sources import SUFFIXES
 
 from .floor_map import FLOOR_HEIGHT_M, FREE, OCCUPIED, Frame, Plane, build_floor_map, fit_floor
 from .samples import NO, UNKNOWN, UNSEEN, YES, Sample
@@ -153,13 +154,10 @@ def read_stereo_clip(folder: Path) -> Iterator[Sample]:
         blur_m = depth_m**2 / (3 * camera.fx * baseline_m)
         visible = _ground_by_depth(frame, plane, np.minimum(0.1 + blur_m, 0.35))
         visible[(visible == YES) & (depth_m > MOST_STEREO_GROUND_M)] = UNKNOWN
-        fall = rays(camera, depth_m.shape) @ plane.normal
-        with np.errstate(divide="ignore"):
-            plane_depth_m = np.where(fall < -1e-6, plane.offset_m / fall, 0)
+        plane_depth_m = frame.depth_to_m(plane)
         ground = np.full(visible.shape, UNKNOWN, np.uint8)
-        ground[fall >= 0] = NO
+        ground[plane_depth_m <= 0] = NO
         ground[visible == YES] = YES
-        known = (ground == YES) & (plane_depth_m > 0)
         yield _shrunk(
             Sample(
                 f"{folder.name}/{image_path.stem}",
@@ -168,7 +166,7 @@ def read_stereo_clip(folder: Path) -> Iterator[Sample]:
                 visible,
                 ground,
                 np.where(depth_m < 60, depth_m, 0).astype(np.float16),
-                np.where(known, plane_depth_m, 0).astype(np.float16),
+                np.where(ground == YES, plane_depth_m, 0).astype(np.float16),
             )
         )
 
@@ -211,7 +209,7 @@ def _shrunk(sample: Sample) -> Sample:
 def _pictures(folder: Path) -> list[Path]:
     if not folder.is_dir():
         raise DatasetError(f"{folder}: no such folder; see CONTRIBUTING.md for the data layout")
-    return sorted(p for p in folder.iterdir() if p.suffix.lower() in {".jpg", ".jpeg", ".png"})
+    return sorted(p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES)
 
 
 def _label_ids(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:

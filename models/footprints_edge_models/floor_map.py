@@ -6,7 +6,7 @@ into the camera view", paper, section "Our Footprints world model").
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -54,6 +54,13 @@ class Frame:
         rotation, translation = self.camera_to_world[:3, :3], self.camera_to_world[:3, 3]
         return backproject(self.depth_m, self.intrinsics) @ rotation.T + translation
 
+    def depth_to_m(self, plane: Plane) -> NDArray[np.float64]:
+        """Depth (H, W) at which each pixel's ray meets a plane below it, metres; 0 where none."""
+        rotation, translation = self.camera_to_world[:3, :3], self.camera_to_world[:3, 3]
+        fall = rays(self.intrinsics, self.depth_m.shape[:2]) @ rotation.T @ plane.normal
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(fall < -1e-6, -plane.height_m(translation) / fall, 0)
+
 
 def fit_floor(frames: Iterable[Frame], up: NDArray[np.float64]) -> Plane:
     """The lowest well-filled horizontal plane of a clip.
@@ -92,13 +99,8 @@ class FloorMap:
             The cell that each pixel's ray meets, uint8 (H, W), and the distance to it along the
             optical axis, float32 (H, W), metres; 0 where the ray meets no floor.
         """
-        rotation, translation = frame.camera_to_world[:3, :3], frame.camera_to_world[:3, 3]
-        directions = rays(frame.intrinsics, frame.depth_m.shape[:2]) @ rotation.T
-        fall = directions @ self.plane.normal
-        height = self.plane.offset_m - translation @ self.plane.normal
-        with np.errstate(divide="ignore", invalid="ignore"):
-            depth_m = np.where(fall < -1e-6, height / fall, 0)
-        points = translation + depth_m[..., None] * directions
+        depth_m = frame.depth_to_m(self.plane)
+        points = replace(frame, depth_m=depth_m.astype(np.float32)).points()
         rows, columns = _cell_indices(points, self.plane, self.origin_m, self.cell_m)
         inside = (depth_m > 0) & (rows >= 0) & (columns >= 0)
         inside &= (rows < self.cells.shape[0]) & (columns < self.cells.shape[1])

@@ -84,7 +84,7 @@ class Recipe:
 
     def rate(self, step: int) -> float:
         """Learning rate of a step, as a fraction of the peak."""
-        total = len(self.sizes())
+        total = sum(stage.steps for stage in self.stages)
         if step < self.warm_up:
             return (step + 1) / self.warm_up
         return 0.5 * (1 + math.cos(math.pi * (step - self.warm_up) / max(1, total - self.warm_up)))
@@ -137,8 +137,9 @@ def train(
     for step, (image, targets) in enumerate(
         batches(datasets, sizes, recipe.batch, recipe.seed, start), start
     ):
+        rate = recipe.rate(step)
         for group in optimizer.param_groups:
-            group["lr"] = group["peak"] * recipe.rate(step)
+            group["lr"] = group["peak"] * rate
         image = image.to(device, memory_format=torch.channels_last, non_blocking=True)  # noqa: PLW2901
         # bfloat16 keeps float32's range: no loss scaling; the outputs and losses stay float32.
         with torch.autocast(device.type, torch.bfloat16):
@@ -165,7 +166,6 @@ def train(
                 "optimizer": optimizer.state_dict(),
             }
             _save(state, run / "last.pt")
-    _save_weights(average.module, run / "weights.pt")
     return run / "weights.pt"
 
 

@@ -43,10 +43,8 @@ def validate(network: nn.Module, samples: list[Sample], size: tuple[int, int]) -
         raw = network(image.to(device))
         visible, ground = raw[:, 0] > 0, raw[:, 1] > 0
         visible_m, ground_m = disparity_to_depth_m(raw[:, 2:]).unbind(1)
-        known, decided = (
-            targets.visible_ground_known > 0,
-            (targets.ground + targets.untraversable) > 0,
-        )
+        known = targets.visible_ground_known > 0
+        decided = (targets.ground + targets.untraversable) > 0
         true_visible, true_ground = targets.visible_ground > 0, targets.ground > 0
         has_visible_m, has_ground_m = targets.visible_depth_m > 0, targets.ground_depth_m > 0
         visible_error = (visible_m / targets.visible_depth_m - 1).abs()[has_visible_m]

@@ -1,6 +1,5 @@
 """The picture for people: ground tinted by distance, hidden ground hatched, a legend below."""
 
-from dataclasses import replace
 from statistics import NormalDist
 
 import numpy as np
@@ -9,7 +8,7 @@ from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 from footprints_edge.arrays import Floats, Mask, Size
 from footprints_edge.colours import FARTHEST_M, colour_scale, colours_of, scale_position
-from footprints_edge.prediction import Prediction
+from footprints_edge.prediction import Prediction, resize_depth
 
 LONGEST_PX = 1920
 """Longer pictures are drawn at this size; the maps themselves have far fewer pixels."""
@@ -43,8 +42,7 @@ def draw_overlay(prediction: Prediction) -> Image.Image:
     large = prediction.at_size(size)
     depth_m = large.unmasked_ground_depth_m
     # Lines follow every ripple of a depth; those of the ground's broad shape can be read.
-    broad = replace(prediction, unmasked_ground_depth_m=_broad(prediction.unmasked_ground_depth_m))
-    broad_m = broad.at_size(size).unmasked_ground_depth_m
+    broad_m = resize_depth(_broad(prediction.unmasked_ground_depth_m), size)
     blur_px = max(2 * pen_px, 0.5 * max(size) / max(prediction.map_size))
     visible = _signed_distance_px(large.visible_ground, blur_px)
     hidden = _signed_distance_px(large.hidden_ground, blur_px)

@@ -112,8 +112,8 @@ class Prediction:
             self,
             visible_ground_probability=_resized(self.visible_ground_probability, size),
             ground_probability=_resized(self.ground_probability, size),
-            visible_depth_m=_resized_depth(self.visible_depth_m, size),
-            unmasked_ground_depth_m=_resized_depth(self.unmasked_ground_depth_m, size),
+            visible_depth_m=resize_depth(self.visible_depth_m, size),
+            unmasked_ground_depth_m=resize_depth(self.unmasked_ground_depth_m, size),
             intrinsics=self.intrinsics.scaled(self.map_size, size),
         )
 
@@ -152,5 +152,6 @@ def _resized(values: Floats, size: Size) -> Floats:
     return np.array(image)
 
 
-def _resized_depth(depth_m: Floats, size: Size) -> Floats:
+def resize_depth(depth_m: Floats, size: Size) -> Floats:
+    """A depth map, float32 (h, w), at another size, interpolated as inverse depth."""
     return np.reciprocal(_resized(np.reciprocal(depth_m), size))

@@ -3,7 +3,7 @@
 import io
 import json
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from pathlib import Path
 from threading import get_ident
 
@@ -37,7 +37,7 @@ def save(
     """
     stem = name or prediction.name or NAMELESS
     targets = output_paths(folder, stem, formats)
-    refuse_overwriting(targets, [prediction.path] if prediction.path else [])
+    refuse_overwriting(targets, {prediction.path.resolve()} if prediction.path else set())
     in_the_way = [] if overwrite else [path for path in targets if path.exists()]
     if in_the_way:
         raise OutputError(
@@ -84,13 +84,12 @@ def output_paths(folder: Path, name: str, formats: Iterable[str]) -> Mapping[Pat
     return {folder / (name + suffix): encode for suffix, encode in files}
 
 
-def refuse_overwriting(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
-    """Holds outputs against the pictures that they are made from.
+def refuse_overwriting(targets: Iterable[Path], pictures: Set[Path]) -> None:
+    """Holds outputs against the pictures that they are made from, given as resolved paths.
 
     Raises:
-        OutputError: If an output is one of the inputs.
+        OutputError: If an output is one of the pictures.
     """
-    pictures = {path.resolve() for path in inputs}
     for path in targets:
         if path.resolve() in pictures:
             raise OutputError(f"{path} is an input picture; choose another folder or name")

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -116,6 +117,18 @@ def test_a_picture_named_twice_is_done_once(infer, photos):
     result = infer(photos, photos / "a.png", photos / "sub" / ".." / "b.bmp")
     assert result.exit_code == 0, result.output
     assert len(result.stdout.splitlines()) == 2
+
+
+def test_planning_a_large_folder_looks_at_each_picture_a_few_times_only(tmp_path, monkeypatch):
+    from footprints_edge.cli.batch import plan
+
+    for index in range(200):
+        (tmp_path / f"{index}.png").write_bytes(b"")
+    resolve, calls = Path.resolve, []
+    monkeypatch.setattr(Path, "resolve", lambda path: calls.append(path) or resolve(path))
+    batch = plan([str(tmp_path)], ["overlay"], None, recursive=False, overwrite=False)
+    assert len(batch.tasks) == 200
+    assert len(calls) <= 5 * 200
 
 
 def test_an_impossible_name_fails_alone(infer, photos):

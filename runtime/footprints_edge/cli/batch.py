@@ -60,14 +60,13 @@ def plan(
         except (FootprintsError, OSError) as error:
             batch.total += 1
             batch.failures.append(str(error))
-    sources = list(distinct.values())
-    batch.total += len(sources)
-    inputs = [source.path for source in sources if source.path]
+    batch.total += len(distinct)
+    pictures = {place for place, _ in distinct if place}
     made_from: dict[Path, Source] = {}
-    for source in sources:
+    for source in distinct.values():
         targets = output_paths(_folder(source, output), source.name, formats)
         try:
-            refuse_overwriting(targets, inputs)
+            refuse_overwriting(targets, pictures)
             _refuse_sharing(targets, made_from)
             kept = [path for path in targets if path.exists() and not overwrite]
             if kept and source.path is None:  # who knows which picture it was made from
