@@ -1,4 +1,4 @@
-"""A top-down map of a whole clip: which cells of the floor are free, occupied or never seen.
+"""A top-down map of a whole clip: which cells of the floor are free, occupied or unknown.
 
 Every frame's depth is lifted into the world and sorted by its height above the floor. The map,
 projected into a frame, is that frame's ground, seen or hidden ("a top-down floor map reprojected
@@ -14,31 +14,16 @@ from numpy.typing import NDArray
 
 from footprints_edge.geometry import Intrinsics, backproject, rays
 
-NEVER_SEEN, FREE, OCCUPIED = 0, 1, 2
+from .planes import Plane
+from .samples import NO, UNKNOWN, YES
+
+NEVER_SEEN, FREE, OCCUPIED, OVERHUNG = 0, 1, 2, 3
+"""What is known of a cell. OVERHUNG: a table top, say, was seen above it, and nothing beneath."""
 
 FLOOR_HEIGHT_M = 0.05
 """Points nearer to the plane than this are floor."""
 LOW_M, BODY_M = 0.35, 1.8
 """Obstacles up to LOW_M stand on the floor; above BODY_M a person passes beneath."""
-
-
-@dataclass(frozen=True)
-class Plane:
-    """The floor: points x of the world with normal . x = offset_m; the normal points up, unit."""
-
-    normal: NDArray[np.float64]
-    offset_m: float
-
-    def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Two unit directions in the plane, at right angles."""
-        helper = np.eye(3)[np.argmin(np.abs(self.normal))]
-        first = np.cross(self.normal, helper)
-        first /= np.linalg.norm(first)
-        return first, np.cross(self.normal, first)
-
-    def height_m(self, points: NDArray[np.floating]) -> NDArray[np.floating]:
-        """Height of points (..., 3) above the floor, metres."""
-        return points @ self.normal - self.offset_m
 
 
 @dataclass(frozen=True)
@@ -76,16 +61,34 @@ def fit_floor(frames: Iterable[Frame], up: NDArray[np.float64]) -> Plane:
     lowest = int(np.argmax(counts > 0.1 * counts.max()))
     near = np.abs(heights - edges[lowest : lowest + 2].mean()) < 0.06
     for _ in range(3):  # refit on the plane's own inliers
-        centre = points[near].mean(axis=0)
-        normal = np.linalg.svd(points[near] - centre, full_matrices=False)[2][2]
-        normal *= np.sign(normal @ up)
-        near = np.abs((points - centre) @ normal) < 0.03
-    return Plane(normal, float(normal @ centre))
+        plane = Plane.through(points[near]).facing(up)
+        near = np.abs(plane.height_m(points)) < 0.03
+    return plane
+
+
+def ground_by_depth(
+    frame: Frame, plane: Plane, tolerance_m: float | NDArray[np.float32] = FLOOR_HEIGHT_M
+) -> NDArray[np.uint8]:
+    """Visible ground as measured depth shows it.
+
+    Returns:
+        uint8 (H, W): YES within ``tolerance_m`` of the plane, NO elsewhere, UNKNOWN without depth
+        and on the floor's borders.
+    """
+    height_m = np.abs(plane.height_m(frame.points()))
+    visible = np.where(height_m < tolerance_m, YES, NO).astype(np.uint8)
+    visible[frame.depth_m <= 0] = UNKNOWN
+    # Colour and depth are some pixels apart, so borders of the floor are not to be trusted.
+    kernel = np.ones((3, 3), np.uint8)
+    is_ground, is_other = (visible == YES).astype(np.uint8), (visible == NO).astype(np.uint8)
+    border = cv2.dilate(is_ground, kernel) & cv2.dilate(is_other, kernel)
+    visible[border > 0] = UNKNOWN
+    return visible
 
 
 @dataclass(frozen=True)
 class FloorMap:
-    """Cells of the floor: uint8 (rows, columns), NEVER_SEEN, FREE or OCCUPIED."""
+    """Cells of the floor: uint8 (rows, columns), NEVER_SEEN, FREE, OCCUPIED or OVERHUNG."""
 
     plane: Plane
     cells: NDArray[np.uint8]
@@ -113,7 +116,9 @@ def build_floor_map(frames: list[Frame], plane: Plane, cell_m: float = 0.04) -> 
     """Aggregate a clip.
 
     A cell is free where floor was seen in it and more often than something standing on it (a table
-    top above it takes nothing away); occupied where only obstacles were seen; else never seen.
+    top above it takes nothing away); occupied where something low was seen, or something higher
+    that borders on it, as the inside of a counter does; overhung where something higher was seen
+    that has floor around it, as a table top does; else never seen.
     """
     floor, low, body = [], [], []
     for frame in frames:
@@ -135,14 +140,37 @@ def build_floor_map(frames: list[Frame], plane: Plane, cell_m: float = 0.04) -> 
         return np.bincount(flat_index, minlength=shape[0] * shape[1]).reshape(shape)
 
     floor_hits, low_hits, body_hits = count(floor), count(low), count(body)
-    cells = np.full(shape, NEVER_SEEN, np.uint8)
-    cells[(low_hits > 2) | (body_hits > 2)] = OCCUPIED
     free = (floor_hits > 2) & (floor_hits > low_hits)
+    standing = low_hits > 2
+    above = (body_hits > 2) & ~standing
+    # A sparse sensor leaves pinholes in well-seen floor: a closing of two cells fills them. Floor
+    # narrower than three cells, inside a wall or a sofa, is depth noise: an opening removes it.
+    closed = _morphology(free, cv2.MORPH_CLOSE, 5) & ~standing & ~above
+    free = _morphology(free | closed, cv2.MORPH_OPEN, 3)
+    above &= ~free
+    cells = np.full(shape, NEVER_SEEN, np.uint8)
+    cells[standing | above] = OCCUPIED
+    cells[_hanging(above, free & ~standing, standing)] = OVERHUNG
     cells[free] = FREE
-    # A sparse sensor leaves pinholes in well-seen floor; a closing of two cells fills them.
-    closed = cv2.morphologyEx(free.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
-    cells[(closed > 0) & (cells == NEVER_SEEN)] = FREE
     return FloorMap(plane, cells, origin_m, cell_m)
+
+
+def _morphology(mask: NDArray[np.bool_], operation: int, side: int) -> NDArray[np.bool_]:
+    kernel = np.ones((side, side), np.uint8)
+    changed: NDArray[np.bool_] = cv2.morphologyEx(mask.astype(np.uint8), operation, kernel) > 0
+    return changed
+
+
+def _hanging(
+    above: NDArray[np.bool_], free: NDArray[np.bool_], standing: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Connected regions of ``above`` that do not border on more standing things than floor."""
+    count, regions = cv2.connectedComponents(above.astype(np.uint8), connectivity=4)
+    reach = cv2.dilate(regions.astype(np.float32), np.ones((3, 3), np.uint8)).astype(np.int64)
+    borders_free = np.bincount(reach[free], minlength=count)
+    borders_standing = np.bincount(reach[standing], minlength=count)
+    hanging: NDArray[np.bool_] = above & (borders_standing <= borders_free)[regions]
+    return hanging
 
 
 def _cell_indices(

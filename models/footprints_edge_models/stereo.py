@@ -4,9 +4,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .floor_map import Frame, Plane
+from .floor_map import Frame
+from .planes import Plane, fit_plane
 
 _MOST_DISPARITY_PX = 128
+ROAD_M = 0.05
+"""Points nearer to the plane than this are road."""
 
 
 def stereo_depth_m(
@@ -53,25 +56,15 @@ def fit_road(frame: Frame, seed: int = 0) -> Plane | None:
     points = points[lower & (frame.depth_m > 0) & (frame.depth_m < 25)]
     if len(points) < 1000:
         return None
-    rng = np.random.default_rng(seed)
-    best: NDArray[np.bool_] = np.zeros(len(points), bool)
-    for _ in range(100):
-        a, b, c = points[rng.choice(len(points), 3, replace=False)]
-        normal = np.cross(b - a, c - a)
-        length = np.linalg.norm(normal)
-        if length < 1e-9:
-            continue
-        normal *= -np.sign(normal[1]) / length  # the camera's y axis points down
-        if normal[1] > -np.cos(np.radians(15)):
-            continue
-        if (a - frame.camera_to_world[:3, 3]) @ normal >= 0:  # level with the camera or above
-            continue
-        inliers = np.abs((points - a) @ normal) < 0.05
-        if inliers.sum() > best.sum():
-            best = inliers
-    if best.mean() < 0.1:
+    camera = frame.camera_to_world[:3, 3]
+
+    def road_like(normals: NDArray[np.float64], offsets: NDArray[np.float64]) -> NDArray[np.bool_]:
+        upward = -np.sign(normals[:, 1])  # the camera's y axis points down
+        below = upward * (normals @ camera - offsets) > 0
+        level: NDArray[np.bool_] = np.abs(normals[:, 1]) >= np.cos(np.radians(15))
+        return below & level
+
+    plane = fit_plane(points, np.random.default_rng(seed), accept=road_like)
+    if plane is None or (np.abs(plane.height_m(points)) < ROAD_M).mean() < 0.1:
         return None
-    centre = points[best].mean(axis=0)
-    normal = np.linalg.svd(points[best] - centre, full_matrices=False)[2][2]
-    normal *= -np.sign(normal[1])
-    return Plane(normal, float(normal @ centre))
+    return plane.facing(np.array([0.0, -1.0, 0.0]))

@@ -8,11 +8,12 @@ from footprints_edge_models.floor_map import (
     FREE,
     NEVER_SEEN,
     OCCUPIED,
+    OVERHUNG,
     Frame,
-    Plane,
     build_floor_map,
     fit_floor,
 )
+from footprints_edge_models.planes import Plane
 
 SIZE = (180, 240)
 CAMERA = Intrinsics(160.0, 160.0, 119.5, 89.5)
@@ -101,8 +102,8 @@ def test_floor_under_a_table_top_is_free(scene, box, frames_of):
 
 @pytest.mark.parametrize(
     ("low_m", "cell"),
-    [(0.1, OCCUPIED), (1.0, OCCUPIED), (1.9, NEVER_SEEN)],
-    ids=["step", "beam", "lamp"],
+    [(0.1, OCCUPIED), (1.0, OVERHUNG), (1.9, NEVER_SEEN)],
+    ids=["step", "shelf", "lamp"],
 )
 def test_a_person_passes_beneath_what_hangs_high(scene, box, frames_of, low_m, cell):
     """Where nobody saw the floor, what is above it decides."""
@@ -114,6 +115,29 @@ def test_a_person_passes_beneath_what_hangs_high(scene, box, frames_of, low_m, c
     cells, depth_m = build_floor_map(frames, FLOOR).project(frames[0])
     core = within(floor_points(frames[0])[0], thing, -0.06) & (depth_m > 0)
     assert (cells[core] == cell).mean() > 0.98
+
+
+def test_beneath_a_counter_is_no_floor(scene, box, frames_of):
+    """Its inside was seen from above only, as a table's is; but its front reaches the floor."""
+    counter = box((-0.5, -0.5, 0), (0.5, 0.5, 0.9))
+    frames = frames_of(scene((counter,)))
+    cells, depth_m = build_floor_map(frames, FLOOR).project(frames[0])
+    inside = within(floor_points(frames[0])[0], counter, -0.1) & (depth_m > 0)
+    assert (cells[inside] == OCCUPIED).mean() > 0.95
+
+
+def test_floor_within_a_solid_thing_is_noise(scene, box, frames_of):
+    """A strip of two cells inside a block: the sensor errs, nobody stands there."""
+    block = box((-0.4, -0.4, 0), (0.4, 0.4, 0.3))
+    frames = frames_of(scene((block,)))
+    points, depth_m = floor_points(frames[0])
+    strip = within(points, box((-0.04, -0.3, 0), (0.0, 0.3, 0))) & (depth_m > 0)
+    frames += [
+        Frame(np.where(strip, depth_m, 0).astype(np.float32), CAMERA, frames[0].camera_to_world)
+    ] * 9
+    cells, _ = build_floor_map(frames, FLOOR).project(frames[0])
+    assert strip.any()
+    assert not (cells[strip] == FREE).any()
 
 
 def test_no_floor_above_the_horizon(scene, frames_of, pose):
