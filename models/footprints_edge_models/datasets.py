@@ -1,4 +1,4 @@
-"""Readers of the training data: folders of labelled photos, RGB-D clips, rectified stereo clips.
+"""Readers of the training data: labelled photos, RGB-D and stereo clips, labels made of video.
 
 To add a dataset, write a reader that yields :class:`Sample` and name it in ``READERS``.
 """
@@ -6,11 +6,10 @@ To add a dataset, write a reader that yields :class:`Sample` and name it in ``RE
 import json
 import logging
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
@@ -20,18 +19,27 @@ from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
 from footprints_edge.sources import SUFFIXES
 
-from .floor_map import FLOOR_HEIGHT_M, FREE, OCCUPIED, Frame, Plane, build_floor_map, fit_floor
-from .samples import NO, UNKNOWN, UNSEEN, YES, Sample
+from .floor_map import FREE, OCCUPIED, Frame, build_floor_map, fit_floor, ground_by_depth
+from .kitti_raw import read_kitti_training
+from .label_files import ABOUT, LabelFilesError, frame_names, read_about, read_frame
+from .label_samples import label_sample
+from .matterport import read_matterport_training
+from .samples import NO, UNKNOWN, UNSEEN, YES, Sample, shrunk
+from .sequences import SequenceError
 from .stereo import fit_road, stereo_depth_m
 
 logger = logging.getLogger(__name__)
 
-LONGEST_SIDE_PX = 512
-"""Pictures are kept no larger than this: the network sees about 448."""
 MOST_BEHIND_M = 3.0
 """Floor farther than this behind what is seen (the next room, say) teaches guessing: unseen."""
 MOST_STEREO_GROUND_M = 30.0
 """Farther away, half a metre of stereo depth is less than a disparity step: no telling ground."""
+
+
+MOST_PUBLISHED = 3000
+"""Samples taken of a published data set of tens of thousands: about half a megabyte each."""
+LABELS_SHARE = 0.15
+"""Share of the training pictures drawn from a folder of labels made of video."""
 
 
 class DatasetError(FootprintsError):
@@ -88,7 +96,7 @@ def read_photos(folder: Path, labels: PhotoLabels) -> Iterator[Sample]:
         ground[visible == YES] = YES
         height, width = visible.shape
         camera = Intrinsics.assumed((height, width))
-        yield _shrunk(Sample(f"{folder.name}/{image_path.stem}", image, camera, visible, ground))
+        yield shrunk(Sample(f"{folder.name}/{image_path.stem}", image, camera, visible, ground))
 
 
 def read_rgbd_clip(folder: Path) -> Iterator[Sample]:
@@ -113,14 +121,14 @@ def read_rgbd_clip(folder: Path) -> Iterator[Sample]:
         if image_path is None:
             raise DatasetError(f"{folder / 'images'}: no picture named {entry['name']}")
         cells, floor_depth_m = floor_map.project(frame)
-        visible = _ground_by_depth(frame, plane)
+        visible = ground_by_depth(frame, plane)
         gap_m = floor_depth_m - np.where(frame.depth_m > 0, frame.depth_m, floor_depth_m)
         reachable = (floor_depth_m > 0) & (floor_depth_m < 12) & (gap_m < MOST_BEHIND_M)
         ground = np.full(visible.shape, UNSEEN, np.uint8)
         ground[(cells == OCCUPIED) | (floor_depth_m <= 0)] = NO
         ground[(cells == FREE) & reachable] = YES
         ground[visible == YES] = YES
-        yield _shrunk(
+        yield shrunk(
             Sample(
                 f"{folder.name}/{entry['name']}",
                 decode(image_path).rgb,
@@ -152,13 +160,13 @@ def read_stereo_clip(folder: Path) -> Iterator[Sample]:
             continue
         # A disparity error of a third of a pixel grows with the square of the distance.
         blur_m = depth_m**2 / (3 * camera.fx * baseline_m)
-        visible = _ground_by_depth(frame, plane, np.minimum(0.1 + blur_m, 0.35))
+        visible = ground_by_depth(frame, plane, np.minimum(0.1 + blur_m, 0.35))
         visible[(visible == YES) & (depth_m > MOST_STEREO_GROUND_M)] = UNKNOWN
         plane_depth_m = frame.depth_to_m(plane)
         ground = np.full(visible.shape, UNKNOWN, np.uint8)
         ground[plane_depth_m <= 0] = NO
         ground[visible == YES] = YES
-        yield _shrunk(
+        yield shrunk(
             Sample(
                 f"{folder.name}/{image_path.stem}",
                 image,
@@ -171,39 +179,42 @@ def read_stereo_clip(folder: Path) -> Iterator[Sample]:
         )
 
 
-def _ground_by_depth(
-    frame: Frame, plane: Plane, tolerance_m: float | NDArray[np.float32] = FLOOR_HEIGHT_M
-) -> NDArray[np.uint8]:
-    height_m = np.abs(plane.height_m(frame.points()))
-    visible = np.where(height_m < tolerance_m, YES, NO).astype(np.uint8)
-    visible[frame.depth_m <= 0] = UNKNOWN
-    # Colour and depth are some pixels apart, so borders of the floor are not to be trusted.
-    kernel = np.ones((3, 3), np.uint8)
-    is_ground, is_other = (visible == YES).astype(np.uint8), (visible == NO).astype(np.uint8)
-    border = cv2.dilate(is_ground, kernel) & cv2.dilate(is_other, kernel)
-    visible[border > 0] = UNKNOWN
-    return visible
+def read_labels(folder: Path) -> Iterator[Sample]:
+    """A folder that ``fp-train labels`` made, in the order of the frames' names.
+
+    Raises:
+        LabelFilesError: a frame's file is damaged.
+    """
+    name = read_about(folder)["sequence"]
+    for frame in frame_names(folder):
+        labels = read_frame(folder, frame)
+        yield label_sample(
+            f"{name}/{frame}",
+            labels.image,
+            labels.intrinsics,
+            ground_probability=labels.ground_probability,
+            ground_depth_m=labels.ground_depth_m,
+            visible_depth_m=labels.visible_depth_m,
+            untraversable=labels.untraversable,
+            moving=labels.moving,
+        )
 
 
-def _shrunk(sample: Sample) -> Sample:
-    height, width = sample.image.shape[:2]
-    scale = LONGEST_SIDE_PX / max(height, width)
-    if scale >= 1:
-        return sample
-    size = (round(height * scale), round(width * scale))
-    rows = ((np.arange(size[0]) + 0.5) * height / size[0]).astype(int)[:, None]
-    columns = ((np.arange(size[1]) + 0.5) * width / size[1]).astype(int)
-    depths = (sample.visible_depth_m, sample.ground_depth_m)
-    visible_depth_m, ground_depth_m = (d if d is None else d[rows, columns] for d in depths)
-    return Sample(
-        sample.name,
-        cv2.resize(sample.image, size[::-1], interpolation=cv2.INTER_AREA),
-        sample.intrinsics.scaled((height, width), size),
-        sample.visible_ground[rows, columns],
-        sample.ground[rows, columns],
-        visible_depth_m,
-        ground_depth_m,
-    )
+def read_published(
+    raw: Path, reader: Callable[[Path, Path, Iterable[str]], Iterator[Sample]]
+) -> Iterator[Sample]:
+    """Raw data in a folder NAME_raw, and beside it NAME_training_data, folder or zip.
+
+    Of the split in ``train.txt`` in the raw folder, evenly spread lines are taken: all samples are
+    kept in memory.
+    """
+    published = raw.with_name(raw.name.removesuffix("_raw") + "_training_data")
+    packed = published.with_name(published.name + ".zip")
+    if not published.is_dir() and not packed.is_file():
+        raise DatasetError(f"{published}: no such folder, nor {packed.name}")
+    lines = (raw / "train.txt").read_text(encoding="utf-8").splitlines()
+    spread = lines[:: -(-len(lines) // MOST_PUBLISHED)] if lines else []
+    return reader(raw, published if published.is_dir() else packed, spread)
 
 
 def _pictures(folder: Path) -> list[Path]:
@@ -243,33 +254,48 @@ def _all_train(samples: list[Sample]) -> tuple[list[Sample], list[Sample]]:
 
 Split = Callable[[list[Sample]], tuple[list[Sample], list[Sample]]]
 
-READERS: dict[str, tuple[Callable[[Path], Iterator[Sample]], Split, float]] = {
+Reader = tuple[Callable[[Path], Iterator[Sample]], Split, float]
+"""Reader, split, and the share of training pictures drawn from it."""
+
+READERS: dict[str, Reader] = {
     "idd_lite": (lambda p: read_photos(p, IDD_LITE), _photo_split, 0.26),
     "camvid": (lambda p: read_photos(p / "train", CAMVID), _all_train, 0.18),
     "houses": (lambda p: read_photos(p, ADE20K), _photo_split, 0.24),
     "hololens_office": (read_rgbd_clip, _whole_clip_split, 0.15),
     "seven_scenes_kitchen": (read_rgbd_clip, _whole_clip_split, 0.07),
     "kitti_grey_stereo": (read_stereo_clip, _whole_clip_split, 0.10),
+    "kitti_raw": (lambda p: read_published(p, read_kitti_training), _whole_clip_split, 0.15),
+    "matterport_raw": (
+        lambda p: read_published(p, read_matterport_training),
+        _whole_clip_split,
+        0.15,
+    ),
 }
-"""Folder name: reader, split, and the share of training pictures drawn from it."""
+"""By folder name."""
+LABELS: Reader = (read_labels, _whole_clip_split, LABELS_SHARE)
+"""Of a folder with ``labels.json``, whatever its name."""
 
 
 def load_datasets(root: Path) -> dict[str, Dataset]:
-    """Every dataset of READERS that stands below a folder, in memory.
+    """Every dataset of READERS, and every folder of labels, that stands below a folder, in memory.
 
     Raises:
         DatasetError: none of them is there, one is not laid out as expected, or no sample is left
             to train on.
     """
+    made = {path.parent.name: LABELS for path in sorted(root.glob(f"*/{ABOUT}"))}
     datasets = {}
-    for name, (reader, split, share) in READERS.items():
+    for name, (reader, split, share) in (READERS | made).items():
         if (root / name).is_dir():
             try:
                 train, held_out = split(list(reader(root / name)))
-            except (OSError, ValueError, KeyError) as error:
+            except (OSError, ValueError, KeyError, LabelFilesError, SequenceError) as error:
                 raise DatasetError(f"{root / name}: not laid out as expected: {error}") from error
             datasets[name] = Dataset(train, held_out, share)
             logger.info("%s: %d to train on, %d held out", name, len(train), len(held_out))
     if not any(dataset.train for dataset in datasets.values()):
-        raise DatasetError(f"{root}: nothing to train on in the folders {', '.join(READERS)}")
+        raise DatasetError(
+            f"{root}: nothing to train on in the folders {', '.join(READERS)}, "
+            f"nor in any with {ABOUT}"
+        )
     return datasets

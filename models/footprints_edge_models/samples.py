@@ -1,7 +1,9 @@
 """One training sample: a picture and what is known of its four maps."""
 
 from dataclasses import dataclass
+from typing import TypeVar
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,11 @@ from footprints_edge.geometry import Intrinsics
 NO, YES, UNSEEN, UNKNOWN = 0, 1, 2, 255
 """Label values: known not to be ground; known to be; watched but never seen (the paper's prior
 applies, eq. 3c); nothing known."""
+
+LONGEST_SIDE_PX = 512
+"""Pictures are kept no larger than this: the network sees about 448."""
+
+ScalarT = TypeVar("ScalarT", bound=np.generic)
 
 
 @dataclass(frozen=True)
@@ -24,6 +31,7 @@ class Sample:
         ground: uint8 (H, W): NO (untraversable), YES (traversable), UNSEEN or UNKNOWN.
         visible_depth_m: float16 (H, W), metres along the optical axis, 0 = unknown; or None.
         ground_depth_m: float16 (H, W), likewise, of the walkable surface on the ray; or None.
+        moving: uint8 (H, W), 1 where a moving object hides whatever ground there is; or None.
     """
 
     name: str
@@ -33,3 +41,43 @@ class Sample:
     ground: NDArray[np.uint8]
     visible_depth_m: NDArray[np.float16] | None = None
     ground_depth_m: NDArray[np.float16] | None = None
+    moving: NDArray[np.uint8] | None = None
+
+
+def shrunk(sample: Sample) -> Sample:
+    """The sample with its longest side at most ``LONGEST_SIDE_PX``."""
+    height, width = sample.image.shape[:2]
+    size = within((height, width))
+    if size == (height, width):
+        return sample
+
+    def resized(array: NDArray[ScalarT] | None) -> NDArray[ScalarT] | None:
+        return None if array is None else nearest(array, size)
+
+    return Sample(
+        sample.name,
+        cv2.resize(sample.image, size[::-1], interpolation=cv2.INTER_AREA),
+        sample.intrinsics.scaled((height, width), size),
+        nearest(sample.visible_ground, size),
+        nearest(sample.ground, size),
+        resized(sample.visible_depth_m),
+        resized(sample.ground_depth_m),
+        resized(sample.moving),
+    )
+
+
+def within(size: tuple[int, int], longest_px: int = LONGEST_SIDE_PX) -> tuple[int, int]:
+    """(H, W) with the same aspect and no side longer than ``longest_px``."""
+    scale = longest_px / max(size)
+    return size if scale >= 1 else (round(size[0] * scale), round(size[1] * scale))
+
+
+def nearest(array: NDArray[ScalarT], size: tuple[int, int]) -> NDArray[ScalarT]:
+    """Labels (h, w) at another size (H, W): the label under each pixel's centre."""
+    height, width = array.shape
+    if (height, width) == size:
+        return array
+    rows = ((np.arange(size[0]) + 0.5) * height / size[0]).astype(int)[:, None]
+    columns = ((np.arange(size[1]) + 0.5) * width / size[1]).astype(int)
+    resized: NDArray[ScalarT] = array[rows, columns]
+    return resized

@@ -112,6 +112,9 @@ def render(sample: Sample, size: tuple[int, int], rng: np.random.Generator | Non
 
     image = warp(sample.image, linear=True, outside=0).astype(np.uint8)
     visible = warp(sample.visible_ground, linear=False, outside=UNKNOWN)
+    moving = np.zeros(size, np.uint8)
+    if sample.moving is not None:
+        moving = warp(sample.moving, linear=False, outside=0)
     ground = warp(sample.ground, linear=False, outside=UNKNOWN)
     return View(
         image if rng is None else jitter(image, rng),
@@ -120,7 +123,7 @@ def render(sample: Sample, size: tuple[int, int], rng: np.random.Generator | Non
         (ground == YES).astype(np.float32),
         (ground == NO).astype(np.float32),
         LAMBDA * (ground == UNSEEN).astype(np.float32),
-        np.zeros(size, np.float32),
+        moving.astype(np.float32),
         canonical(sample.visible_depth_m),
         canonical(sample.ground_depth_m),
     )

@@ -1,5 +1,7 @@
 """Virtual cameras: whatever the view, its depths and labels are those of the same world."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -106,6 +108,15 @@ def test_labels_move_with_their_pixels(seed, size):
     ):
         np.testing.assert_array_equal(unflipped(found, camera)[sure], expected[sure])
     assert not view.moving.any()
+
+
+def test_moving_objects_move_with_their_pixels():
+    sample = plane_sample(np.array([0, 0, 1.0]), 3.0, np.random.default_rng(0))
+    sample = replace(sample, moving=(sample.ground == YES).astype(np.uint8))
+    for seed in range(5):
+        view = render(sample, (96, 160), np.random.default_rng(seed))
+        assert view.moving.any()
+        np.testing.assert_array_equal(view.moving, view.ground)
 
 
 @settings(max_examples=40)

@@ -1,0 +1,309 @@
+"""KITTI raw, and the training data that was published with the paper for it.
+
+Raw: ``{drive}/image_02/data/0000000005.jpg`` (or ``png``) and the same below ``image_03``, the
+left and right colour camera; ``{date}/calib_cam_to_cam.txt``; ``{drive}/oxts/data``. A drive is
+named like ``2011_09_26/2011_09_26_drive_0001_sync``.
+
+Published, in a folder or a zip that stays packed: ``stereo_matching_disps``, ``ground_seg``,
+``poses``, ``optical_flow``, ``hidden_depths``, ``depth_masks`` and ``moving_objects``.
+"""
+
+import logging
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from footprints_edge.geometry import Intrinsics
+from footprints_edge.images import decode
+
+from .camera_files import checked_intrinsics, checked_pose
+from .label_samples import label_sample
+from .npy_files import FirstChannel, NpyFile
+from .oxts import read_calibration, read_oxts_poses
+from .samples import Sample
+from .sequences import (
+    Flow,
+    InTime,
+    Sequence,
+    SequenceError,
+    SequenceFrame,
+    Source,
+    StereoPair,
+)
+
+logger = logging.getLogger(__name__)
+
+LEFT, RIGHT = "image_02", "image_03"
+SIDES = {"l": LEFT, "r": RIGHT}
+"""How the published splits call the cameras."""
+
+BASELINE_M = 0.54
+"""Published, between the two colour cameras; taken where there is no calibration."""
+TRAINING_WIDTH_PX = 640
+DISPARITY_BIAS_PX = 1.25
+"""The published training takes it off the disparities, in pixels of ``TRAINING_WIDTH_PX``; the
+published making of labels does not."""
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The two rectified colour cameras.
+
+    Attributes:
+        intrinsics: of both, in pixels of their pictures.
+        width_px: of their pictures.
+        baseline_m: how far the right camera stands to the right.
+    """
+
+    intrinsics: Intrinsics
+    width_px: int
+    baseline_m: float
+
+    @property
+    def focal_per_width(self) -> float:
+        """Horizontal focal length as a share of the width: that of a map of any size."""
+        return self.intrinsics.fx / self.width_px
+
+
+@dataclass(frozen=True)
+class Disparity:
+    """Published disparity, in pixels of its own width.
+
+    Attributes:
+        file: float (h, w).
+        focal_per_width: horizontal focal length as a share of the picture's width.
+        baseline_m: between the cameras.
+        bias_px: taken off the disparity first, in pixels of a map ``TRAINING_WIDTH_PX`` wide.
+    """
+
+    file: NpyFile
+    focal_per_width: float
+    baseline_m: float
+    bias_px: float = 0.0
+
+    def read(self) -> NDArray[np.float32]:
+        """Metres along the optical axis, float32 (h, w), 0 where the disparity is not positive."""
+        disparity_px = np.squeeze(self.file.read()).astype(np.float32)
+        if disparity_px.ndim != 2:
+            raise SequenceError(
+                f"{self.file.root / self.file.name}: a disparity is (h, w), not "
+                f"{disparity_px.shape}"
+            )
+        width = disparity_px.shape[1]
+        disparity_px = disparity_px - self.bias_px * width / TRAINING_WIDTH_PX
+        with np.errstate(divide="ignore", invalid="ignore"):
+            depth_m = self.focal_per_width * width * self.baseline_m / disparity_px
+        return np.where(disparity_px > 0, depth_m, 0).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class FlowFile:
+    """Published optical flow: (2, h, w), in pixels of its own size."""
+
+    file: NpyFile
+
+    def read(self) -> NDArray[np.float32]:
+        """Movement in x and y, float32 (h, w, 2)."""
+        flow = self.file.read()
+        if flow.ndim != 3 or flow.shape[0] != 2:
+            raise SequenceError(
+                f"{self.file.root / self.file.name}: flow is (2, h, w), not {flow.shape}"
+            )
+        return np.ascontiguousarray(flow.transpose(1, 2, 0), dtype=np.float32)
+
+
+def is_drive(folder: Path) -> bool:
+    """Whether a folder looks like a drive of KITTI raw."""
+    return (folder / LEFT / "data").is_dir()
+
+
+def read_kitti_raw(raw: Path, drive: str, published: Path | None = None) -> Sequence:
+    """A drive, both cameras, for making labels.
+
+    Poses are the published ones, else those of the GPS records. Depth is the published disparity,
+    else the two pictures (then only of the left camera). Frames that lack a pose or depth are left
+    out. Intrinsics and baseline are those of the calibration, else the published ones.
+
+    Args:
+        raw: folder of KITTI raw.
+        drive: such as ``2011_09_26/2011_09_26_drive_0001_sync``.
+        published: folder or zip of the published training data, where there is one.
+
+    Raises:
+        SequenceError: there is no such drive, or it has neither poses nor GPS records.
+    """
+    images = {camera: _pictures(raw / drive / camera / "data") for camera in (LEFT, RIGHT)}
+    if not images[LEFT]:
+        raise SequenceError(f"{raw / drive / LEFT / 'data'}: no pictures of the left camera here")
+    rig = _rig(raw, drive, next(iter(images[LEFT].values())))
+    poses, up = _poses(raw, drive, sorted(images[LEFT]), published)
+    to_right = np.eye(4)
+    to_right[0, 3] = rig.baseline_m
+    frames = []
+    for time in sorted(poses):
+        for camera, side in ((LEFT, np.eye(4)), (RIGHT, to_right)):
+            depth = _depth(images, time, camera, rig, drive, published)
+            if time not in images[camera] or depth is None:
+                continue
+            ground = _published(published, f"ground_seg/{drive}/{camera}/data/{time:010d}.npy")
+            frames.append(
+                SequenceFrame(
+                    f"{camera}/{time:010d}",
+                    time,
+                    images[camera][time],
+                    rig.intrinsics,
+                    poses[time] @ side,
+                    depth,
+                    None if ground is None else FirstChannel(ground),
+                    _flow(images[camera], poses, time, camera, drive, published),
+                )
+            )
+    left_out = len(images[LEFT]) + len(images[RIGHT]) - len(frames)
+    if left_out:
+        logger.info("%s: %d pictures without pose or depth are left out", drive, left_out)
+    if not frames:
+        raise SequenceError(f"{raw / drive}: no picture has a pose and depth")
+    name = drive.rsplit("/", 1)[-1]
+    return Sequence(name, tuple(frames), InTime(25, 50, 2), least_hits=2, up=up)
+
+
+def read_kitti_training(raw: Path, published: Path, split: Iterable[str]) -> Iterator[Sample]:
+    """The published labels as training samples.
+
+    Args:
+        raw: folder of KITTI raw, for the pictures.
+        published: folder or zip of the published training data.
+        split: lines ``drive frame side`` with side ``l`` or ``r``, as the published splits have
+            them.
+
+    Raises:
+        SequenceError: a line, a picture or a label is not as published.
+    """
+    for line in filter(None, map(str.strip, split)):
+        drive, time, camera = _split_line(line)
+        folder = raw / drive / camera / "data"
+        paths = (folder / f"{time:010d}{suffix}" for suffix in (".jpg", ".png"))
+        image_path = next((path for path in paths if path.is_file()), None)
+        if image_path is None:
+            raise SequenceError(f"{folder}: no picture {time:010d}.jpg or .png")
+        rig = _rig(raw, drive, image_path)
+
+        def label(kind: str, place: str = f"{drive}/{camera}/data/{time:010d}.npy") -> NpyFile:
+            return NpyFile(published, f"{kind}/{place}")
+
+        disparity = NpyFile(published, _disparity_name(drive, camera, time))
+        depth = Disparity(disparity, rig.focal_per_width, rig.baseline_m, DISPARITY_BIAS_PX)
+        mask, moving = label("depth_masks"), label("moving_objects")
+        yield label_sample(
+            f"{drive}/{camera}/{time:010d}",
+            decode(image_path).rgb,
+            rig.intrinsics,
+            ground_probability=FirstChannel(label("ground_seg")).read(),
+            ground_depth_m=np.squeeze(label("hidden_depths").read()),
+            visible_depth_m=depth.read(),
+            untraversable=np.squeeze(mask.read()) > 0 if mask.exists() else None,
+            moving=np.squeeze(moving.read()) > 0 if moving.exists() else None,
+        )
+
+
+def _split_line(line: str) -> tuple[str, int, str]:
+    try:
+        drive, frame, side = line.split()
+        return drive, int(frame), SIDES[side]
+    except (ValueError, KeyError) as error:
+        raise SequenceError(
+            f"the line {line!r} is not 'drive frame side' with a side of l or r, such as "
+            "'2011_09_26/2011_09_26_drive_0001_sync 5 l'"
+        ) from error
+
+
+def _disparity_name(drive: str, camera: str, time: int) -> str:
+    return f"stereo_matching_disps/{drive}/{camera}/{time:010d}.npy"
+
+
+def _published(published: Path | None, name: str) -> NpyFile | None:
+    if published is None:
+        return None
+    file = NpyFile(published, name)
+    return file if file.exists() else None
+
+
+def _pictures(folder: Path) -> dict[int, Path]:
+    if not folder.is_dir():
+        return {}
+    found = sorted(p for p in folder.iterdir() if p.suffix in {".jpg", ".png"} and p.stem.isdigit())
+    return {int(path.stem): path for path in found}
+
+
+def _rig(raw: Path, drive: str, picture: Path) -> Rig:
+    with Image.open(picture) as image:
+        width, height = image.size
+    path = raw / drive.split("/", 1)[0] / "calib_cam_to_cam.txt"
+    if not path.is_file():
+        camera = Intrinsics(0.58 * width, 1.92 * height, 0.5 * width, 0.5 * height)
+        return Rig(camera, width, BASELINE_M)
+    numbers = read_calibration(path)
+    try:
+        left, right = (numbers[f"P_rect_0{i}"].reshape(3, 4) for i in (2, 3))
+    except (KeyError, ValueError) as error:
+        raise SequenceError(f"{path}: P_rect_02 or P_rect_03 is not there as 3x4") from error
+    camera = checked_intrinsics(left[:, :3], str(path))
+    baseline_m = float(left[0, 3] / left[0, 0] - right[0, 3] / right[0, 0])
+    return Rig(camera, width, baseline_m)
+
+
+def _poses(
+    raw: Path, drive: str, times: list[int], published: Path | None
+) -> tuple[dict[int, NDArray[np.float64]], tuple[float, float, float]]:
+    """Poses of the left camera by frame number, and which way is up in their world."""
+    poses = {}
+    for time in times:
+        file = _published(published, f"poses/{drive}/orbslam_poses/{time:010d}.npy")
+        if file is not None:
+            poses[time] = checked_pose(file.read(), str(file.root / file.name))
+    if poses:
+        return poses, (0.0, -1.0, 0.0)  # the first camera's axes: y down, for a level car
+    records = raw / drive / "oxts" / "data"
+    if not records.is_dir():
+        raise SequenceError(
+            f"{raw / drive}: no poses; they come from the published training data "
+            f"(poses/{drive}/orbslam_poses) or from the drive's own oxts/data"
+        )
+    found = read_oxts_poses(records, raw / drive.split("/", 1)[0])
+    return {time: pose for time, pose in found.items() if time in set(times)}, (0.0, 0.0, 1.0)
+
+
+def _depth(
+    images: dict[str, dict[int, Path]],
+    time: int,
+    camera: str,
+    rig: Rig,
+    drive: str,
+    published: Path | None,
+) -> Source | None:
+    disparity = _published(published, _disparity_name(drive, camera, time))
+    if disparity is not None:
+        return Disparity(disparity, rig.focal_per_width, rig.baseline_m)
+    if camera == LEFT and {time} <= images[LEFT].keys() & images[RIGHT].keys():
+        focal_times_baseline = rig.intrinsics.fx * rig.baseline_m
+        return StereoPair(images[LEFT][time], images[RIGHT][time], focal_times_baseline)
+    return None
+
+
+def _flow(
+    images: dict[int, Path],
+    poses: dict[int, NDArray[np.float64]],
+    time: int,
+    camera: str,
+    drive: str,
+    published: Path | None,
+) -> Flow | None:
+    file = _published(published, f"optical_flow/{drive}/{camera}/data/{time:010d}.npy")
+    to = time - 1 if time - 1 in images else time + 1
+    if file is None or to not in images or to not in poses:
+        return None
+    return Flow(FlowFile(file), f"{camera}/{to:010d}")
