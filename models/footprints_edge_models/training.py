@@ -5,7 +5,7 @@ import functools
 import logging
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +15,11 @@ from torch import nn
 from footprints_edge.errors import FootprintsError
 
 from .batches import batches
-from .checkpoint import read_checkpoint
+from .checkpoint import load_weights, read_checkpoint
 from .datasets import Dataset
 from .edge import EdgeNetwork, pretrained_edge_network
 from .figures import draw_curves, draw_predictions
-from .losses import losses
+from .losses import LAMBDA, Targets, losses
 from .validation import validate_all
 
 logger = logging.getLogger(__name__)
@@ -67,6 +67,11 @@ class Recipe:
         warm_up: steps of linear warm-up, then cosine to zero over all stages.
         average: decay a step of the moving average of weights that is kept.
         seed: of weights and data.
+        prior: the paper's lambda (eq. 3c).
+        untraversable: learn from pixels known to be untraversable (eq. 3b); without, they are
+            unknown ones like the rest.
+        moving: leave moving objects out of eq. 3a.
+        start: weights to begin with instead of ImageNet's encoder: a state dict's file.
     """
 
     stages: tuple[Stage, ...]
@@ -77,6 +82,19 @@ class Recipe:
     warm_up: int = 50
     average: float = 0.998
     seed: int = 0
+    prior: float = LAMBDA
+    untraversable: bool = True
+    moving: bool = True
+    start: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuses a prior outside [0, 1].
+
+        Raises:
+            TrainingError: if it is.
+        """
+        if not 0 <= self.prior <= 1:
+            raise TrainingError(f"prior {self.prior}: the paper's lambda lies between 0 and 1")
 
     def sizes(self) -> list[tuple[int, int]]:
         """The base size of every step."""
@@ -123,7 +141,7 @@ def train(
     """
     run.mkdir(parents=True, exist_ok=True)
     torch.manual_seed(recipe.seed)
-    network = pretrained_edge_network().to(device)
+    network = _starting_network(recipe).to(device)
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     optimizer = torch.optim.AdamW(_parameter_groups(network, recipe))
     average = torch.optim.swa_utils.AveragedModel(
@@ -144,7 +162,7 @@ def train(
         # bfloat16 keeps float32's range: no loss scaling; the outputs and losses stay float32.
         with torch.autocast(device.type, torch.bfloat16):
             raw = network(image)
-        parts = losses(raw, targets.to(device))
+        parts = losses(raw, ablated(targets.to(device), recipe))
         optimizer.zero_grad(set_to_none=True)
         parts["loss"].backward()  # type: ignore[no-untyped-call]
         nn.utils.clip_grad_norm_(network.parameters(), 5.0)
@@ -167,6 +185,24 @@ def train(
             }
             _save(state, run / "last.pt")
     return run / "weights.pt"
+
+
+def ablated(targets: Targets, recipe: Recipe) -> Targets:
+    """The targets without what a recipe leaves out (the paper's Table 2), and with its prior."""
+    untraversable, prior = targets.untraversable, targets.prior * (recipe.prior / LAMBDA)
+    if not recipe.untraversable:
+        prior = torch.maximum(prior, recipe.prior * untraversable)
+        untraversable = torch.zeros_like(untraversable)
+    moving = targets.moving if recipe.moving else torch.zeros_like(targets.moving)
+    return replace(targets, untraversable=untraversable, prior=prior, moving=moving)
+
+
+def _starting_network(recipe: Recipe) -> EdgeNetwork:
+    if recipe.start is None:
+        return pretrained_edge_network()
+    network = EdgeNetwork()
+    load_weights(network, read_checkpoint(Path(recipe.start)), recipe.start)
+    return network
 
 
 def _moving_average(

