@@ -1,0 +1,82 @@
+"""Truth of an RGB-D clip: what the whole clip saw of the floor, in each of its views.
+
+Every frame's depth goes into one top-down map of the floor; projected into a view, the map says
+where ground is, seen or hidden ("a top-down floor map reprojected into the camera view", paper,
+section "Our Footprints world model"). Ground is what the definition says, a walkable surface
+anywhere on the ray: the floor of another room, seen through a wall, is ground too, if the clip
+went there. What no frame saw is not scored.
+"""
+
+from collections.abc import Iterator
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footprints_edge_bench.convex_hull import convex_hull
+from footprints_edge_bench.truth import Item, KnownMask, Truth
+
+if TYPE_CHECKING:
+    from footprints_edge_models.floor_map import FloorMap
+    from footprints_edge_models.sequences import Sequence, SequenceFrame
+
+_PLANE_STRIDE = 4
+"""The floor's plane is fitted to every so manieth frame."""
+
+
+def is_clip(folder: Path) -> bool:
+    """Whether a folder holds a clip with poses."""
+    return (folder / "sequence.json").is_file()
+
+
+def read_clip(folder: Path) -> Iterator[Item]:
+    """The frames of a clip, see CONTRIBUTING.md for its layout; its map is made when one is read.
+
+    Raises:
+        SequenceError: the folder is not laid out as expected.
+    """
+    from footprints_edge_models.sequence_folders import read_sequence_folder
+
+    clip = _Clip(read_sequence_folder(folder))
+    for frame in clip.sequence.frames:
+        yield Item(frame.name, partial(clip.truth, frame))
+
+
+class _Clip:
+    """A clip and the map of its floor."""
+
+    def __init__(self, sequence: "Sequence") -> None:
+        self.sequence = sequence
+
+    @cached_property
+    def floor_map(self) -> "FloorMap":
+        from footprints_edge_models.floor_map import Frame, build_floor_map, fit_floor
+
+        frames = [
+            Frame(each.depth.read(), each.intrinsics, each.camera_to_world)
+            for each in self.sequence.frames
+        ]
+        up = np.array(self.sequence.up or (0, 1, 0), dtype=np.float64)
+        return build_floor_map(frames, fit_floor(frames[::_PLANE_STRIDE], up))
+
+    def truth(self, frame: "SequenceFrame") -> Truth:
+        from footprints_edge_models.floor_map import FREE, OCCUPIED, Frame, ground_by_depth
+        from footprints_edge_models.samples import UNKNOWN, YES
+
+        view = Frame(frame.depth.read(), frame.intrinsics, frame.camera_to_world)
+        cells, floor_depth_m = self.floor_map.project(view)
+        seen = ground_by_depth(view, self.floor_map.plane)
+        visible = seen == YES
+        ground = (cells == FREE) | visible
+        above_the_horizon = floor_depth_m <= 0
+        return Truth(
+            frame.image,
+            (cells.shape[0], cells.shape[1]),
+            frame.intrinsics,
+            KnownMask(visible, seen != UNKNOWN),
+            KnownMask(ground, ground | (cells == OCCUPIED) | above_the_horizon),
+            view.depth_m,
+            np.where(ground, floor_depth_m, 0).astype(np.float32),
+            convex_hull(visible),
+        )
