@@ -6,7 +6,7 @@ To add a dataset, write a reader that yields :class:`Sample` and name it in ``RE
 import json
 import logging
 import zlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,13 +19,16 @@ from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
 from footprints_edge.sources import SUFFIXES
 
+from .composites import Composites, Kind, LabelledPhoto
 from .floor_map import FREE, OCCUPIED, Frame, build_floor_map, fit_floor, ground_by_depth
 from .kitti_raw import read_kitti_training
 from .label_files import ABOUT, LabelFilesError, frame_names, read_about, read_frame
 from .label_samples import label_sample
 from .matterport import read_matterport_training
-from .samples import NO, UNKNOWN, UNSEEN, YES, Sample, shrunk
+from .samples import NO, UNKNOWN, UNSEEN, YES, Sample, nearest, shrunk
 from .sequences import SequenceError
+from .scenes.dataset import read_scenes
+from .scenes.files import SceneFilesError
 from .stereo import fit_road, stereo_depth_m
 
 logger = logging.getLogger(__name__)
@@ -42,6 +45,15 @@ LABELS_SHARE = 0.15
 """Share of the training pictures drawn from a folder of labels made of video."""
 
 
+HORIZON_PERCENTILE = 15
+"""Of the highest rows of ground in a collection's photos, all of one kind of camera."""
+COMPOSITES_SEED = 0
+
+
+Samples = Sequence[Sample]
+"""In memory, or decoded when one is drawn."""
+
+
 class DatasetError(FootprintsError):
     """Training data is missing or not laid out as expected."""
 
@@ -50,8 +62,8 @@ class DatasetError(FootprintsError):
 class Dataset:
     """Samples to train on, samples held out, and how often to draw from this dataset."""
 
-    train: list[Sample]
-    held_out: list[Sample]
+    train: Sequence[Sample]
+    held_out: Sequence[Sample]
     share: float
 
 
@@ -64,16 +76,34 @@ class PhotoLabels:
         void: ids that say nothing.
         barriers: ids behind which, above the highest visible ground, no ground is looked for.
         sky: ids behind which there is never ground.
+        things: what can be cut out and set down elsewhere.
     """
 
     walkable: tuple[int, ...]
     void: tuple[int, ...]
     barriers: tuple[int, ...]
     sky: tuple[int, ...]
+    things: tuple[Kind, ...] = ()
 
 
-IDD_LITE = PhotoLabels(walkable=(0, 1), void=(255,), barriers=(2, 3, 4, 5, 6), sky=(6,))
-CAMVID = PhotoLabels(walkable=(3, 4), void=(11,), barriers=(1, 2, 5, 6, 7, 8, 9, 10, 0), sky=(0,))
+IDD_LITE = PhotoLabels(
+    walkable=(0, 1),
+    void=(255,),
+    barriers=(2, 3, 4, 5, 6),
+    sky=(6,),
+    things=(Kind(2, solid_m=0.4, longest_m=0.8), Kind(3, solid_m=1.6, longest_m=5.0)),
+)
+CAMVID = PhotoLabels(
+    walkable=(3, 4),
+    void=(11,),
+    barriers=(1, 2, 5, 6, 7, 8, 9, 10, 0),
+    sky=(0,),
+    things=(
+        Kind(8, solid_m=1.6, longest_m=5.0),
+        Kind(9, solid_m=0.4, longest_m=0.8),
+        Kind(10, solid_m=0.5, longest_m=2.0),
+    ),
+)
 ADE20K = PhotoLabels(
     walkable=(4, 7, 10, 12, 14, 29, 30), void=(0,), barriers=(1, 2, 3, 6, 9), sky=(3,)
 )
@@ -97,6 +127,25 @@ def read_photos(folder: Path, labels: PhotoLabels) -> Iterator[Sample]:
         height, width = visible.shape
         camera = Intrinsics.assumed((height, width))
         yield shrunk(Sample(f"{folder.name}/{image_path.stem}", image, camera, visible, ground))
+
+
+def read_composites(folder: Path, labels: PhotoLabels, samples: Sequence[Sample]) -> Composites:
+    """Samples of a folder of photos with the folder's own things set down in them.
+
+    Args:
+        folder: of the photos.
+        labels: which ids mean what.
+        samples: the photos to use, as :func:`read_photos` gives them.
+    """
+    tops = [np.argmax((s.visible_ground == YES).sum(axis=1) > 2) / len(s.image) for s in samples]
+    seen = [top for top in tops if top > 0]
+    horizon = float(np.percentile(seen, HORIZON_PERCENTILE)) if seen else 0.5
+    photos = []
+    for sample in samples:
+        size = (sample.image.shape[0], sample.image.shape[1])
+        ids = _label_ids(folder / "labels" / f"{sample.name.rsplit('/', 1)[-1]}.png", None)
+        photos.append(LabelledPhoto(sample, nearest(ids, size), horizon * size[0]))
+    return Composites(photos, labels.things, COMPOSITES_SEED)
 
 
 def read_rgbd_clip(folder: Path) -> Iterator[Sample]:
@@ -223,44 +272,55 @@ def _pictures(folder: Path) -> list[Path]:
     return sorted(p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES)
 
 
-def _label_ids(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
+def _label_ids(path: Path, size: tuple[int, int] | None) -> NDArray[np.uint8]:
     try:
         ids = np.asarray(Image.open(path))
     except OSError as error:
         raise DatasetError(f"{path}: no readable label picture ({error})") from error
-    if ids.shape != size:
+    if size is not None and ids.shape != size:
         raise DatasetError(f"{path}: labels are {ids.shape}, the picture is {size}")
     return ids
 
 
-def _whole_clip_split(samples: list[Sample]) -> tuple[list[Sample], list[Sample]]:
-    """The last fifth of a clip is held out: neighbouring frames are alike."""
-    cut = len(samples) * 4 // 5
+def _last_split(samples: Samples) -> tuple[Samples, Samples]:
+    """The last fiftieth, at most 100: made scenes are all different."""
+    cut = len(samples) - min(100, len(samples) // 50)
     return samples[:cut], samples[cut:]
 
 
-def _photo_split(samples: list[Sample]) -> tuple[list[Sample], list[Sample]]:
-    """One in twenty, by a checksum of the name up to its last underscore (a drive, a house)."""
+def _whole_clip_split(samples: Samples) -> tuple[Samples, Samples]:
+    """The last fifth of a clip is held out, and a twentieth before it left out.
+
+    Neighbouring frames are alike.
+    """
+    return samples[: len(samples) * 3 // 4], samples[len(samples) * 4 // 5 :]
+
+
+def _photo_split(one_in: int) -> "Split":
+    """One of so many, by a checksum of the name up to its last underscore (a drive, a house)."""
 
     def held_out(sample: Sample) -> bool:
-        return zlib.crc32(sample.name.rsplit("_", 1)[0].encode()) % 20 == 0
+        return zlib.crc32(sample.name.rsplit("_", 1)[0].encode()) % one_in == 0
 
-    return [s for s in samples if not held_out(s)], [s for s in samples if held_out(s)]
+    def split(samples: list[Sample]) -> tuple[list[Sample], list[Sample]]:
+        return [s for s in samples if not held_out(s)], [s for s in samples if held_out(s)]
+
+    return split
 
 
-def _all_train(samples: list[Sample]) -> tuple[list[Sample], list[Sample]]:
+def _all_train(samples: Samples) -> tuple[Samples, Samples]:
     return samples, []
 
 
-Split = Callable[[list[Sample]], tuple[list[Sample], list[Sample]]]
+Split = Callable[[Samples], tuple[Samples, Samples]]
 
-Reader = tuple[Callable[[Path], Iterator[Sample]], Split, float]
+Reader = tuple[Callable[[Path], Iterator[Sample] | Samples], Split, float]
 """Reader, split, and the share of training pictures drawn from it."""
 
 READERS: dict[str, Reader] = {
-    "idd_lite": (lambda p: read_photos(p, IDD_LITE), _photo_split, 0.26),
+    "idd_lite": (lambda p: read_photos(p, IDD_LITE), _photo_split(5), 0.26),
     "camvid": (lambda p: read_photos(p / "train", CAMVID), _all_train, 0.18),
-    "houses": (lambda p: read_photos(p, ADE20K), _photo_split, 0.24),
+    "houses": (lambda p: read_photos(p, ADE20K), _photo_split(20), 0.24),
     "hololens_office": (read_rgbd_clip, _whole_clip_split, 0.15),
     "seven_scenes_kitchen": (read_rgbd_clip, _whole_clip_split, 0.07),
     "kitti_grey_stereo": (read_stereo_clip, _whole_clip_split, 0.10),
@@ -270,14 +330,23 @@ READERS: dict[str, Reader] = {
         _whole_clip_split,
         0.15,
     ),
+    "made_scenes": (read_scenes, _last_split, 0.5),
 }
 """By folder name."""
+COMPOSITES: dict[str, tuple[PhotoLabels, str, float]] = {
+    "idd_lite": (IDD_LITE, ".", 0.16),
+    "camvid": (CAMVID, "train", 0.08),
+}
+"""Of which datasets' training photos composites are made, too: their labels, where the photos are,
+and the share of training pictures drawn from the composites."""
 LABELS: Reader = (read_labels, _whole_clip_split, LABELS_SHARE)
 """Of a folder with ``labels.json``, whatever its name."""
 
 
 def load_datasets(root: Path) -> dict[str, Dataset]:
-    """Every dataset of READERS, and every folder of labels, that stands below a folder, in memory.
+    """Every dataset of READERS, and every folder of labels, that stands below a folder.
+
+    All but made scenes are kept in memory.
 
     Raises:
         DatasetError: none of them is there, one is not laid out as expected, or no sample is left
@@ -288,10 +357,19 @@ def load_datasets(root: Path) -> dict[str, Dataset]:
     for name, (reader, split, share) in (READERS | made).items():
         if (root / name).is_dir():
             try:
-                train, held_out = split(list(reader(root / name)))
-            except (OSError, ValueError, KeyError, LabelFilesError, SequenceError) as error:
+                samples = reader(root / name)
+                kept = samples if isinstance(samples, Sequence) else list(samples)
+                train, held_out = split(kept)
+            except (
+                *(OSError, ValueError, KeyError),
+                *(LabelFilesError, SceneFilesError, SequenceError),
+            ) as error:
                 raise DatasetError(f"{root / name}: not laid out as expected: {error}") from error
             datasets[name] = Dataset(train, held_out, share)
+            if name in COMPOSITES:
+                labels, inside, share_composed = COMPOSITES[name]
+                composed = read_composites(root / name / inside, labels, train)
+                datasets[f"{name} composites"] = Dataset(composed, (), share_composed)
             logger.info("%s: %d to train on, %d held out", name, len(train), len(held_out))
     if not any(dataset.train for dataset in datasets.values()):
         raise DatasetError(

@@ -291,14 +291,28 @@ def test_whole_houses_are_held_out_and_nothing_is_lost(tmp_path):
     assert 0 < len(held_out) < len(names) / 5
 
 
-def test_the_end_of_a_clip_is_held_out(rgbd_clip):
+def test_the_end_of_a_clip_is_held_out_after_a_gap(rgbd_clip):
     folder, *_ = rgbd_clip
     folder.rename(folder.with_name("hololens_office"))
     datasets = load_datasets(folder.parent)
     assert list(datasets) == ["hololens_office"]
     dataset = datasets["hololens_office"]
     names = [[s.name.split("/")[1] for s in part] for part in (dataset.train, dataset.held_out)]
-    assert names == [[f"{i:03d}" for i in range(8)], ["008", "009"]]
+    assert names == [[f"{i:03d}" for i in range(7)], ["008", "009"]]
+
+
+def test_photos_of_streets_come_with_things_set_down_in_them_too(tmp_path):
+    ids = np.full((120, 160), 3)
+    ids[:40] = 0
+    write_photo(tmp_path / "camvid" / "train", "empty", ids)
+    ids[50:100, 60:80] = 9
+    write_photo(tmp_path / "camvid" / "train", "walker", ids)
+    datasets = load_datasets(tmp_path)
+    assert list(datasets) == ["camvid", "camvid composites"]
+    composites = datasets["camvid composites"].train
+    assert len(composites) == 2
+    added = [s for s in composites if ((s.visible_ground == NO) & (s.ground == YES)).any()]
+    assert added, "nothing hides known ground"
 
 
 def test_camvid_s_classes(tmp_path):
