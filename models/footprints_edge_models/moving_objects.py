@@ -12,6 +12,8 @@ from footprints_edge.geometry import Intrinsics, backproject
 
 TAU_PX = 3.0
 
+LEAST_GAIN = 5.0
+"""Grey levels, of 255."""
 MOST_MOVING = 0.5
 """Where more than this share of a picture seems to move, its pose or depth is wrong instead."""
 
@@ -82,6 +84,69 @@ def there_and_back(
     back_px = cv2.remap(backward_px, x, y, cv2.INTER_LINEAR)
     believed: NDArray[np.bool_] = np.linalg.norm(forward_px + back_px, axis=-1) < TAU_PX / 2
     return believed
+
+
+def needs_motion(
+    image: NDArray[np.uint8],
+    other: NDArray[np.uint8],
+    induced_px: NDArray[np.float32],
+    optical_px: NDArray[np.float32],
+) -> NDArray[np.bool_]:
+    """Where optical flow explains the other picture better than standing still does.
+
+    On plain walls and in blur optical flow drifts, forward and back alike; but there the colours
+    at the end of the induced flow fit as well.
+
+    Args:
+        image: uint8 (H, W, 3), RGB.
+        other: uint8 (H, W, 3), RGB.
+        induced_px: float32 (H, W, 2), NaN where unknown.
+        optical_px: float32 (H, W, 2).
+
+    Returns:
+        bool (H, W): by more than ``LEAST_GAIN`` grey levels on average around a pixel.
+    """
+    grey, other_grey = (
+        cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32) for picture in (image, other)
+    )
+    height, width = grey.shape
+    columns = np.arange(width, dtype=np.float32)
+    rows = np.arange(height, dtype=np.float32)[:, None]
+
+    def misfit(flow_px: NDArray[np.float32]) -> NDArray[np.float32]:
+        flow_px = np.nan_to_num(flow_px)
+        x, y = columns + flow_px[..., 0], rows + flow_px[..., 1]
+        found = cv2.remap(other_grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        around: NDArray[np.float32] = cv2.blur(np.abs(grey - found), (7, 7))
+        return around
+
+    return misfit(induced_px) > misfit(optical_px) + LEAST_GAIN
+
+
+def believed_flow_px(
+    image: NDArray[np.uint8],
+    other: NDArray[np.uint8],
+    induced_px: NDArray[np.float32],
+    returning_px: NDArray[np.float32],
+) -> NDArray[np.float32]:
+    """Optical flow as far as it may contradict the induced flow.
+
+    Args:
+        image: uint8 (H, W, 3), RGB.
+        other: uint8 (H, W, 3), RGB.
+        induced_px: float32 (H, W, 2), from the picture to the other, NaN where unknown.
+        returning_px: float32 (H, W, 2), induced from the other to the picture.
+
+    Returns:
+        float32 (H, W, 2): the induced flow where that explains the pictures as well, NaN where
+        optical flow does not lead back.
+    """
+    forward_px = optical_flow_px(image, other, induced_px)
+    backward_px = optical_flow_px(other, image, returning_px)
+    needed = needs_motion(image, other, induced_px, forward_px)
+    flow_px = np.where(needed[..., None], forward_px, induced_px)
+    flow_px[~there_and_back(forward_px, backward_px)] = np.nan
+    return flow_px
 
 
 def moving_pixels(

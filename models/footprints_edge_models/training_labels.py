@@ -16,12 +16,7 @@ from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
 
 from .ground_sources import GroundFrom, ground_reader
-from .moving_objects import (
-    induced_flow_px,
-    moving_pixels,
-    optical_flow_px,
-    there_and_back,
-)
+from .moving_objects import believed_flow_px, induced_flow_px, moving_pixels
 from .samples import nearest, within
 from .sequences import InTime, Sequence, SequenceError
 from .untraversable import GROUND_PROBABILITY, untraversable_pixels
@@ -176,9 +171,7 @@ class Labeller:
         returning_px = induced_flow_px(
             after.depth_m, after.camera, seen.camera, np.linalg.inv(to_other)
         )
-        optical_px = optical_flow_px(seen.image, after.image, induced_px)
-        backward_px = optical_flow_px(after.image, seen.image, returning_px)
-        optical_px[~there_and_back(optical_px, backward_px)] = np.nan
+        optical_px = believed_flow_px(seen.image, after.image, induced_px, returning_px)
         return moving_pixels(induced_px, optical_px)
 
     def _flow_to(self, index: int) -> int | None:

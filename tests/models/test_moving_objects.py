@@ -4,9 +4,10 @@ import pytest
 
 from footprints_edge.geometry import Intrinsics
 from footprints_edge_models.moving_objects import (
+    believed_flow_px,
     induced_flow_px,
     moving_pixels,
-    optical_flow_px,
+    needs_motion,
     there_and_back,
 )
 
@@ -68,20 +69,11 @@ def walk():
     return first, second, sideways(0.2), np.full(SIZE, 4.0, np.float32)
 
 
-def flows(walk):
+def test_what_moves_against_the_camera_is_found(walk):
     first, second, move, depth_m = walk
     induced = induced_flow_px(depth_m, CAMERA, CAMERA, move)
     returning = induced_flow_px(depth_m, CAMERA, CAMERA, np.linalg.inv(move))
-    forward = optical_flow_px(first, second, induced)
-    backward = optical_flow_px(second, first, returning)
-    return induced, forward, backward
-
-
-def test_what_moves_against_the_camera_is_found(walk):
-    induced, forward, backward = flows(walk)
-    believed = there_and_back(forward, backward)
-    forward[~believed] = np.nan
-    moving = moving_pixels(induced, forward)
+    moving = moving_pixels(induced, believed_flow_px(first, second, induced, returning))
     assert moving[46:74, 66:94].mean() > 0.7
     far_away = np.ones(SIZE, bool)
     far_away[28:104, 48:112] = False
@@ -96,6 +88,20 @@ def test_flow_is_believed_where_it_leads_back():
     believed = there_and_back(forward, backward)
     assert believed[:, :74].all()
     assert not believed[:, 76:].any()
+
+
+def test_motion_must_explain_the_picture_better_than_standing_still():
+    plain = np.full((*SIZE, 3), 120, np.uint8)
+    still = np.zeros((*SIZE, 2), np.float32)
+    drift = np.full_like(still, 6)
+    assert not needs_motion(plain, plain, still, drift).any()
+    rng = np.random.default_rng(0)
+    first = rng.integers(0, 256, (*SIZE, 3), dtype=np.uint8)
+    second = np.roll(first, 6, axis=1)  # everything went six pixels to the right
+    went = np.zeros_like(still)
+    went[..., 0] = 6
+    assert needs_motion(first, second, still, went)[10:-10, 10:-20].all()
+    assert not needs_motion(first, second, went, still)[10:-10, 10:-20].any()
 
 
 @pytest.mark.parametrize(("apart_px", "moves"), [(2.9, False), (3.1, True)])
