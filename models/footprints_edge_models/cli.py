@@ -69,6 +69,18 @@ def edge(
     ] = list(DEFAULT_STAGES),  # noqa: B006  (typer copies it)
     batch: Annotated[int, typer.Option(min=1, help="Pictures a step.")] = 12,
     seed: Annotated[int, typer.Option(help="Seed of weights and data.")] = 0,
+    start: Annotated[
+        Path | None, typer.Option(help="Weights to begin with; else an ImageNet encoder.")
+    ] = None,
+    prior: Annotated[
+        float, typer.Option(help="The paper's lambda: how much unknown pixels count (eq. 3c).")
+    ] = 0.25,
+    untraversable: Annotated[
+        bool, typer.Option(help="Learn from untraversable pixels (eq. 3b), or as from unknown.")
+    ] = True,
+    moving: Annotated[
+        bool, typer.Option(help="Leave the ground behind moving objects out, or not.")
+    ] = True,
     device: Annotated[str, typer.Option(help="cpu or cuda; cuda where there is one.")] = "auto",
 ) -> None:
     """Train the edge network on every dataset found below DATA; prints the path of its weights."""
@@ -83,7 +95,15 @@ def edge(
             device = "cuda" if torch.cuda.is_available() else "cpu"
         if device != "cpu" and not (device.startswith("cuda") and torch.cuda.is_available()):
             raise TrainingError(f"device {device!r}: here only cpu and, where there is one, cuda")
-        recipe = Recipe(tuple(Stage.parse(text) for text in stage), batch=batch, seed=seed)
+        recipe = Recipe(
+            tuple(Stage.parse(text) for text in stage),
+            batch=batch,
+            seed=seed,
+            prior=prior,
+            untraversable=untraversable,
+            moving=moving,
+            start=None if start is None else str(start),
+        )
         datasets = load_datasets(data)
         with tqdm(unit="step", disable=None) as bar:
 
