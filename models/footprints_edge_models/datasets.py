@@ -26,9 +26,9 @@ from .label_files import ABOUT, LabelFilesError, frame_names, read_about, read_f
 from .label_samples import label_sample
 from .matterport import read_matterport_training
 from .samples import NO, UNKNOWN, UNSEEN, YES, Sample, nearest, shrunk
-from .sequences import SequenceError
 from .scenes.dataset import read_scenes
 from .scenes.files import SceneFilesError
+from .sequences import SequenceError
 from .stereo import fit_road, stereo_depth_m
 
 logger = logging.getLogger(__name__)
@@ -302,7 +302,7 @@ def _photo_split(one_in: int) -> "Split":
     def held_out(sample: Sample) -> bool:
         return zlib.crc32(sample.name.rsplit("_", 1)[0].encode()) % one_in == 0
 
-    def split(samples: list[Sample]) -> tuple[list[Sample], list[Sample]]:
+    def split(samples: Samples) -> tuple[Samples, Samples]:
         return [s for s in samples if not held_out(s)], [s for s in samples if held_out(s)]
 
     return split

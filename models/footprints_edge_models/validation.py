@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from collections.abc import Sequence
+
 import numpy as np
 import torch
 from torch import nn
@@ -33,7 +35,7 @@ class Scores:
 
 
 @torch.no_grad()
-def validate(network: nn.Module, samples: list[Sample], size: tuple[int, int]) -> Scores:
+def validate(network: nn.Module, samples: Sequence[Sample], size: tuple[int, int]) -> Scores:
     """Scores on the central views of samples, one at a time."""
     device = next(network.parameters()).device
     pixels = np.zeros(9)

@@ -1,0 +1,1 @@
+"""Made scenes: rooms and streets with exact visible and hidden ground."""

@@ -1,0 +1,53 @@
+"""One made scene from its number: the scene, the camera, the photo and the exact answer."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge.arrays import Size
+
+from .cameras import Camera, choose_camera, picture_size
+from .geometry import Geometry, geometry_of
+from .materials import Palette
+from .raycast import Triangles
+from .rooms import draw_rooms
+from .scene import Scene
+from .sensor import photograph
+from .shading import render
+from .streets import draw_street
+from .textures import SPLITS, TextureLibrary
+from .truth import Truth, truth_of
+
+ROOMS_SHARE = 0.6
+
+
+@dataclass(frozen=True)
+class MadeScene:
+    """A scene with its picture and what is true of it."""
+
+    scene: Scene
+    geometry: Geometry = field(repr=False)
+    camera: Camera
+    image: NDArray[np.uint8] = field(repr=False)
+    truth: Truth = field(repr=False)
+
+
+def make_scene(library: TextureLibrary, seed: int, number: int, size: Size) -> MadeScene:
+    """Scene ``number`` of a seed; the split of the library is part of the seed.
+
+    Args:
+        library: textures of the split that the scene is for.
+        seed: of the whole set.
+        number: of the scene, from 0.
+        size: (H, W) of a landscape picture; portraits and squares have about as many pixels.
+    """
+    rng = np.random.default_rng((SPLITS.index(library.split), seed, number))
+    palette = Palette(library, rng)
+    scene = draw_rooms(palette) if rng.random() < ROOMS_SHARE else draw_street(palette)
+    geometry = geometry_of(scene)
+    solids, outlines = Triangles(geometry.corners), Triangles(geometry.outlines)
+    camera = choose_camera(scene, geometry, picture_size(size, rng), rng, solids, outlines)
+    truth = truth_of(camera, geometry, solids, outlines)
+    image = photograph(render(scene, geometry, solids, camera, library, rng), rng)
+    return MadeScene(scene, geometry, camera, image, truth)

@@ -1,0 +1,64 @@
+"""The exact answer for a picture: S, D, S* and D* of the paper, and why there is none."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cameras import Camera
+from .geometry import GROUND, Geometry
+from .raycast import Triangles
+
+VISIBLE_GROUND, GROUND_ANYWHERE, FOOTPRINT, BEHIND_WALL = 1, 2, 4, 8
+"""Bits of a pixel's label: S; S*; the ground on the ray is taken by a thing; a wall or a building
+stands between the camera and the ground on the ray."""
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is known of a picture; all of its (H, W).
+
+    Attributes:
+        bits: uint8, see VISIBLE_GROUND and its companions.
+        visible_depth_m: float32, metres along the optical axis to what is seen, 0 for the sky.
+        ground_depth_m: float32, to the ground on the ray if everything else were taken away, also
+            where a thing takes it; 0 where the ray meets none.
+    """
+
+    bits: NDArray[np.uint8] = field(repr=False)
+    visible_depth_m: NDArray[np.float32] = field(repr=False)
+    ground_depth_m: NDArray[np.float32] = field(repr=False)
+
+
+def truth_of(camera: Camera, geometry: Geometry, solids: Triangles, outlines: Triangles) -> Truth:
+    """Follows the ray of every pixel to what it meets first, and to the ground.
+
+    S* is where the ray's first meeting with the ground, everything else taken away, lies in no
+    thing's outline. S is where that meeting is also the first with anything.
+    """
+    origins, directions = camera.rays()
+    seen = solids.first_hits(origins, directions)
+    ground = Triangles(geometry.corners[geometry.thing == GROUND]).first_hits(origins, directions)
+    met = ground.triangle >= 0
+    depth_m = np.where(met, ground.distance, 0).astype(np.float32)
+    points = origins + directions * depth_m[:, None]
+    below = points.copy()
+    below[:, 2] = -1
+    up = np.zeros_like(points)
+    up[:, 2] = 1
+    taken = met.copy()
+    taken[met] = outlines.first_hits(below[met], up[met]).triangle >= 0
+    is_seen = (seen.triangle >= 0) & (geometry.thing[seen.triangle] == GROUND) & met
+    hidden = met & ~is_seen
+    behind_wall = np.zeros_like(met)
+    walls = Triangles(geometry.corners[geometry.is_wall])
+    behind_wall[hidden] = walls.blocked(origins[hidden], directions[hidden], depth_m[hidden] - 1e-3)
+    bits = np.zeros(met.shape, np.uint8)
+    bits[is_seen & ~taken] |= VISIBLE_GROUND
+    bits[met & ~taken] |= GROUND_ANYWHERE
+    bits[taken] |= FOOTPRINT
+    bits[behind_wall] |= BEHIND_WALL
+    visible_m = np.where(seen.triangle >= 0, seen.distance, 0).astype(np.float32)
+    visible_m = np.where(is_seen, depth_m, visible_m)
+    shape = camera.size
+    return Truth(bits.reshape(shape), visible_m.reshape(shape), depth_m.reshape(shape))
