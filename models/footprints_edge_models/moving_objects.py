@@ -143,9 +143,12 @@ def believed_flow_px(
     """
     forward_px = optical_flow_px(image, other, induced_px)
     backward_px = optical_flow_px(other, image, returning_px)
-    needed = needs_motion(image, other, induced_px, forward_px)
-    flow_px = np.where(needed[..., None], forward_px, induced_px)
+    flow_px = forward_px.copy()
     flow_px[~there_and_back(forward_px, backward_px)] = np.nan
+    if not moving_pixels(induced_px, flow_px).any():  # nothing does, or the pose is wrong
+        return flow_px
+    explained = ~needs_motion(image, other, induced_px, forward_px) & np.isfinite(flow_px[..., 0])
+    flow_px[explained] = induced_px[explained]
     return flow_px
 
 
