@@ -11,6 +11,7 @@ from pathlib import Path
 from footprints_edge_bench.kitti_truth import is_kitti_truth, read_kitti_truth
 from footprints_edge_bench.matterport_truth import is_matterport_truth, read_matterport_truth
 from footprints_edge_bench.photo_truth import is_photo_folder, read_photos
+from footprints_edge_bench.scene_truth import is_scene_folder, read_scenes
 from footprints_edge_bench.sequence_truth import is_clip, read_clip
 from footprints_edge_bench.truth import Dataset, Item, TruthError
 
@@ -40,6 +41,7 @@ class Kind:
 
 KINDS: dict[str, Kind] = {
     "clip": Kind(is_clip, lambda folder, _: read_clip(folder)),
+    "made scenes": Kind(is_scene_folder, lambda folder, _: read_scenes(folder)),
     "KITTI": Kind(is_kitti_truth, lambda folder, reading: read_kitti_truth(folder, reading.images)),
     "Matterport": Kind(
         is_matterport_truth, lambda folder, reading: read_matterport_truth(folder, reading.images)
@@ -102,8 +104,8 @@ def open_dataset(folder: Path, reading: Reading, part: Part) -> Dataset:
             named = (replace(item, name=f"{title}/{item.name}") for item in items)
             return Dataset(title, name, tuple(named))
     raise TruthError(
-        f"{folder}: no truth of a known kind; it needs sequence.json, *_combined.png (KITTI), "
-        "*_groundtruth.npy (Matterport), or images/ and labels/ (docs/accuracy.md)"
+        f"{folder}: no truth of a known kind; it needs sequence.json, scenes.json, *_combined.png "
+        "(KITTI), *_groundtruth.npy (Matterport), or images/ and labels/ (docs/accuracy.md)"
     )
 
 

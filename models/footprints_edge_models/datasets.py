@@ -330,7 +330,7 @@ READERS: dict[str, Reader] = {
         _whole_clip_split,
         0.15,
     ),
-    "made_scenes": (read_scenes, _last_split, 0.5),
+    "made_scenes": (read_scenes, _last_split, 0.9),
 }
 """By folder name."""
 COMPOSITES: dict[str, tuple[PhotoLabels, str, float]] = {
