@@ -1,8 +1,7 @@
 """How good a network is on held-out samples, per dataset: the numbers that training logs."""
 
-from dataclasses import dataclass
-
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch

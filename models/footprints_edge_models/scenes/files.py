@@ -192,7 +192,7 @@ def read_scene(folder: Path, name: str) -> SceneFile:
     """
     path = folder / "truth" / f"{name}.npz"
     try:
-        with np.load(path) as arrays:
+        with np.load(io.BytesIO(path.read_bytes())) as arrays:
             kind, up = str(arrays["kind"]), arrays["up"]
             camera = Intrinsics(*arrays["intrinsics"].tolist())
             eye_m, rise = float(arrays["eye_m"]), float(arrays["rise"])

@@ -190,7 +190,7 @@ def _street(site: Site) -> tuple[list[Standpoint], list[float]]:
                 _edge(site, side, line + 1.5, max(start, -20), min(end, 60), level)
             if yard:
                 _yard(site, side, inner, line, max(start, -20), min(end, 50), level)
-            _roadside(site, side, half, wide, max(start, -20), min(end, 60), level)
+            _roadside(site, side, half, wide, max(start, -20), min(end, 50), level)
         if junction:
             _lay_side(site, side, half, REACH_M, gap[0], gap[1], 0.0, road)
     _mark(site, half, gap, junction)
@@ -395,7 +395,7 @@ def _traffic(site: Site, half: float) -> None:
             continue
         for lane in lanes:
             y = -25.0
-            while y < 60 and busy:
+            while y < 52 and busy:
                 y += float(rng.exponential(10 / busy)) + 5
                 dice = rng.random()
                 if dice < 0.62:

@@ -154,7 +154,8 @@ def cushion(
     squareness: float = 0.25,
 ) -> Part:
     """A box with rounded edges; ``at`` is the middle of its underside."""
-    return _sized(ellipsoid(squareness, 14, 7), material, size, at, yaw, lean)
+    fineness = (14, 7) if max(np.asarray(size)) > 0.35 else (10, 5)
+    return _sized(ellipsoid(squareness, *fineness), material, size, at, yaw, lean)
 
 
 def foliage(
