@@ -19,7 +19,7 @@ from footprints_edge_bench.truth import Item, KnownMask, Truth
 
 if TYPE_CHECKING:
     from footprints_edge_models.floor_map import FloorMap
-    from footprints_edge_models.sequences import Sequence, SequenceFrame
+    from footprints_edge_models.sequences.sequence import Sequence, SequenceFrame
 
 _PLANE_STRIDE = 4
 """The floor's plane is fitted to every so manieth frame."""
@@ -36,7 +36,7 @@ def read_clip(folder: Path) -> Iterator[Item]:
     Raises:
         SequenceError: the folder is not laid out as expected.
     """
-    from footprints_edge_models.sequence_folders import read_sequence_folder
+    from footprints_edge_models.sequences.folders import read_sequence_folder
 
     clip = _Clip(read_sequence_folder(folder))
     for frame in clip.sequence.frames:

@@ -16,8 +16,8 @@ from footprints_edge.cli.endings import SOME_FAILED, complain, explained
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from .label_job import FrameOutcome, LabelJob, Report
-    from .sequences import Sequence
+    from footprints_edge_models.labels.job import FrameOutcome, LabelJob, Report
+    from footprints_edge_models.sequences.sequence import Sequence
 
 app = typer.Typer(
     name="fp-train",
@@ -169,10 +169,9 @@ def labels(
     """
     with explained("train"):
         from footprints_edge.cores import usable_cores
-
-        from .label_job import LabelJob
-        from .layouts import read_sequence
-        from .training_labels import LabelSettings
+        from footprints_edge_models.labels.job import LabelJob
+        from footprints_edge_models.labels.labeller import LabelSettings
+        from footprints_edge_models.sequences.layouts import read_sequence
 
         frames = _with_neighbours(read_sequence(sequence, published), before, after, step)
         settings = LabelSettings(_size(size), ground.value, source)
@@ -194,7 +193,7 @@ def _with_neighbours(
     """The sequence with the reach of its neighbours in time changed as the options say."""
     from dataclasses import replace
 
-    from .sequences import InTime
+    from footprints_edge_models.sequences.sequence import InTime
 
     given = {"before": before, "after": after, "step": step}
     changes = {name: value for name, value in given.items() if value is not None}
@@ -229,18 +228,18 @@ def _run(job: "LabelJob", engine: Engine, processes: int) -> tuple[list["FrameOu
 def _engine(engine: Engine) -> "Callable[[LabelJob, int, Report], None]":
     if engine is Engine.RAY:
         with explained("ray"):
-            from .ray_job import run_on_ray
+            from footprints_edge_models.labels.on_ray import run_on_ray
 
             return run_on_ray
-    from .process_job import run_in_processes
+    from footprints_edge_models.labels.processes import run_in_processes
 
     return run_in_processes
 
 
 def _close(job: "LabelJob", outcomes: list["FrameOutcome"], seconds: float) -> None:
     """Draws the contact sheet, says how it went, and sets the exit code."""
-    from .contact_sheet import write_contact_sheet
-    from .label_job import hidden_share
+    from footprints_edge_models.labels.contact_sheet import write_contact_sheet
+    from footprints_edge_models.labels.job import hidden_share
 
     count = {state: sum(o.state == state for o in outcomes) for state in ("done", "kept", "failed")}
     share = hidden_share(outcomes)

@@ -18,17 +18,23 @@ from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
 from footprints_edge.sources import SUFFIXES
+from footprints_edge_models.labels.files import (
+    ABOUT,
+    LabelFilesError,
+    frame_names,
+    read_about,
+    read_frame,
+)
+from footprints_edge_models.sequences.kitti import read_kitti_training
+from footprints_edge_models.sequences.matterport import read_matterport_training
+from footprints_edge_models.sequences.sequence import SequenceError
 
 from .composites import Composites, Kind, LabelledPhoto
 from .floor_map import FREE, OCCUPIED, Frame, build_floor_map, fit_floor, ground_by_depth
-from .kitti_raw import read_kitti_training
-from .label_files import ABOUT, LabelFilesError, frame_names, read_about, read_frame
 from .label_samples import label_sample
-from .matterport import read_matterport_training
 from .samples import NO, UNKNOWN, UNSEEN, YES, Sample, nearest, shrunk
 from .scenes.dataset import read_scenes
 from .scenes.files import SceneFilesError
-from .sequences import SequenceError
 from .stereo import fit_road, stereo_depth_m
 
 logger = logging.getLogger(__name__)

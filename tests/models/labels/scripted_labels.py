@@ -11,7 +11,7 @@ import numpy as np
 
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics
-from footprints_edge_models.training_labels import FrameLabels
+from footprints_edge_models.labels.labeller import FrameLabels
 
 SIZE = (12, 16)
 

@@ -19,12 +19,17 @@ from numpy.typing import NDArray
 from footprints_edge.errors import IntrinsicsError
 from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
-
-from .camera_files import checked_pose
-from .label_samples import label_sample
-from .npy_files import FirstChannel, NpyFile
-from .samples import Sample
-from .sequences import DepthPicture, InSpace, Sequence, SequenceError, SequenceFrame
+from footprints_edge_models.label_samples import label_sample
+from footprints_edge_models.samples import Sample
+from footprints_edge_models.sequences.camera_files import checked_pose
+from footprints_edge_models.sequences.npy_files import FirstChannel, NpyFile
+from footprints_edge_models.sequences.sequence import (
+    DepthPicture,
+    InSpace,
+    Sequence,
+    SequenceError,
+    SequenceFrame,
+)
 
 HEIGHTS = (1, 2)
 """The cameras that look ahead and down: those that the paper trains on."""

@@ -8,9 +8,9 @@ import pytest
 from PIL import Image
 
 from footprints_edge.geometry import Intrinsics
-from footprints_edge_models.layouts import read_sequence
-from footprints_edge_models.sequence_folders import read_sequence_folder
-from footprints_edge_models.sequences import DepthPicture, SequenceError, StereoPair
+from footprints_edge_models.sequences.folders import read_sequence_folder
+from footprints_edge_models.sequences.layouts import read_sequence
+from footprints_edge_models.sequences.sequence import DepthPicture, SequenceError, StereoPair
 
 SIZE = (30, 40)
 MATRIX = [[35.0, 0, 19.5], [0, 36.0, 14.5], [0, 0, 1]]

@@ -18,14 +18,14 @@ from typer.testing import CliRunner
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics
 from footprints_edge_models.cli import app
-from footprints_edge_models.contact_sheet import WIDTH_PX, draw_contact_sheet
 from footprints_edge_models.datasets import load_datasets, read_labels
-from footprints_edge_models.label_files import LabelFilesError, frame_path, read_frame
-from footprints_edge_models.label_job import LabelJob, hidden_share
-from footprints_edge_models.process_job import run_in_processes
+from footprints_edge_models.labels.contact_sheet import WIDTH_PX, draw_contact_sheet
+from footprints_edge_models.labels.files import LabelFilesError, frame_path, read_frame
+from footprints_edge_models.labels.job import LabelJob, hidden_share
+from footprints_edge_models.labels.labeller import LabelSettings
+from footprints_edge_models.labels.processes import run_in_processes
 from footprints_edge_models.samples import NO, UNSEEN, YES
-from footprints_edge_models.sequences import DepthPicture, InTime, Sequence, SequenceFrame
-from footprints_edge_models.training_labels import LabelSettings
+from footprints_edge_models.sequences.sequence import DepthPicture, InTime, Sequence, SequenceFrame
 
 
 @pytest.fixture

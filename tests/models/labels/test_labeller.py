@@ -9,10 +9,11 @@ import pytest
 from PIL import Image
 
 from footprints_edge.geometry import Intrinsics
-from footprints_edge_models.ground_sources import teacher_ground
+from footprints_edge_models.labels.ground import teacher_ground
+from footprints_edge_models.labels.labeller import Labeller, LabelSettings
 from footprints_edge_models.samples import nearest
-from footprints_edge_models.sequence_folders import read_sequence_folder
-from footprints_edge_models.sequences import (
+from footprints_edge_models.sequences.folders import read_sequence_folder
+from footprints_edge_models.sequences.sequence import (
     Flow,
     InSpace,
     InTime,
@@ -20,7 +21,6 @@ from footprints_edge_models.sequences import (
     SequenceError,
     SequenceFrame,
 )
-from footprints_edge_models.training_labels import Labeller, LabelSettings
 
 SIZE = (120, 160)
 CAMERA = Intrinsics(130, 130, 79.5, 59.5)

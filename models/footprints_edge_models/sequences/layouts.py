@@ -2,17 +2,17 @@
 
 from pathlib import Path
 
-from .kitti_raw import is_drive, read_kitti_raw
-from .matterport import is_scan, read_matterport
-from .sequence_folders import is_sequence_folder, read_sequence_folder
-from .sequences import Sequence, SequenceError
+from footprints_edge_models.sequences.folders import is_sequence_folder, read_sequence_folder
+from footprints_edge_models.sequences.kitti import is_drive, read_kitti_raw
+from footprints_edge_models.sequences.matterport import is_scan, read_matterport
+from footprints_edge_models.sequences.sequence import Sequence, SequenceError
 
 
 def read_sequence(folder: Path, published: Path | None = None) -> Sequence:
     """The sequence in a folder of any layout that is known here.
 
     Args:
-        folder: a sequence folder (see :mod:`sequence_folders`), a drive of KITTI raw in its place
+        folder: a sequence folder (see :mod:`folders`), a drive of KITTI raw in its place
             below the date, or a Matterport3D scan.
         published: folder or zip of the training data published with the paper, for the latter two.
 

@@ -1,6 +1,6 @@
 """Making the labels of a whole sequence: what the job is, one frame of it, and how it went.
 
-The engines (:mod:`process_job` on one machine, :mod:`ray_job` on many) only decide where frames
+The engines (:mod:`processes` on one machine, :mod:`on_ray` on many) only decide where frames
 are labelled. A frame whose file is there is not labelled again, so any job can be stopped, killed
 and started anew.
 """
@@ -14,15 +14,20 @@ import cv2
 import numpy as np
 
 from footprints_edge.errors import FootprintsError
-
-from .label_files import LabelFilesError, claim, frame_path, read_frame, write_frame
-from .label_samples import NOT_GROUND_PROBABILITY
-from .sequences import Sequence
-from .training_labels import FrameLabels, Labeller, LabelSettings
+from footprints_edge_models.label_samples import NOT_GROUND_PROBABILITY
+from footprints_edge_models.labels.files import (
+    LabelFilesError,
+    claim,
+    frame_path,
+    read_frame,
+    write_frame,
+)
+from footprints_edge_models.labels.labeller import FrameLabels, Labeller, LabelSettings
+from footprints_edge_models.sequences.sequence import Sequence
 
 
 class LabelsFrames(Protocol):
-    """What a worker labels with: :class:`training_labels.Labeller`, or a stand-in."""
+    """What a worker labels with: :class:`labeller.Labeller`, or a stand-in."""
 
     def label(self, index: int) -> FrameLabels:
         """The labels of the sequence's frame at ``index``."""

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera_files import checked_pose
-from .sequences import SequenceError
+from footprints_edge_models.sequences.camera_files import checked_pose
+from footprints_edge_models.sequences.sequence import SequenceError
 
 _EARTH_RADIUS_M = 6378137.0
 

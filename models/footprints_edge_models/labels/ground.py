@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.images import decode
-
-from .floor_map import Frame, fit_floor, ground_by_depth
-from .samples import NO, UNKNOWN, YES
-from .sequence_folders import WALKABLE
-from .sequences import Sequence, SequenceError, SequenceFrame
+from footprints_edge_models.floor_map import Frame, fit_floor, ground_by_depth
+from footprints_edge_models.samples import NO, UNKNOWN, YES
+from footprints_edge_models.sequences.folders import WALKABLE
+from footprints_edge_models.sequences.sequence import Sequence, SequenceError, SequenceFrame
 
 GroundFrom: TypeAlias = Literal["given", "depth", "teacher", "model"]
 """The frame's own label file; the floor plane in the clip's depth; a TFLite segmenter of ADE20K;

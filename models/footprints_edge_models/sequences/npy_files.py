@@ -11,7 +11,7 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from .sequences import SequenceError
+from footprints_edge_models.sequences.sequence import SequenceError
 
 
 @dataclass(frozen=True)

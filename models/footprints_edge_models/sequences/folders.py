@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.sources import SUFFIXES
-
-from .camera_files import checked_intrinsics, checked_pose
-from .sequences import (
+from footprints_edge_models.sequences.camera_files import checked_intrinsics, checked_pose
+from footprints_edge_models.sequences.sequence import (
     DepthPicture,
     LabelPicture,
     Sequence,

@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
-
-from .ground_sources import GroundFrom, ground_reader
-from .moving_objects import believed_flow_px, induced_flow_px, moving_pixels
-from .samples import nearest, within
-from .sequences import InTime, Sequence, SequenceError
-from .untraversable import GROUND_PROBABILITY, untraversable_pixels
-from .warping import aggregate, warp_depth
+from footprints_edge_models.labels.ground import GroundFrom, ground_reader
+from footprints_edge_models.moving_objects import believed_flow_px, induced_flow_px, moving_pixels
+from footprints_edge_models.samples import nearest, within
+from footprints_edge_models.sequences.sequence import InTime, Sequence, SequenceError
+from footprints_edge_models.untraversable import GROUND_PROBABILITY, untraversable_pixels
+from footprints_edge_models.warping import aggregate, warp_depth
 
 FARTHEST_M = 30.0
 """Ground farther from a neighbour than this is not warped: its depth is not worth it."""
@@ -35,7 +34,7 @@ class LabelSettings:
 
     Attributes:
         size: (H, W) of the labels; None keeps each picture's aspect, its longest side 512 px.
-        ground: where visible ground comes from (see :mod:`ground_sources`).
+        ground: where visible ground comes from (see :mod:`ground`).
         source: the teacher's file, or the model's file or name; None for the default model.
         as_published: warp and splat in the steps of the paper's code, half a pixel off.
     """

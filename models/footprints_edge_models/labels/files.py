@@ -20,9 +20,8 @@ from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
 from footprints_edge.version import __version__
-
-from .sequences import Sequence
-from .training_labels import FrameLabels, LabelSettings
+from footprints_edge_models.labels.labeller import FrameLabels, LabelSettings
+from footprints_edge_models.sequences.sequence import Sequence
 
 ABOUT = "labels.json"
 _FORMAT = 1

@@ -19,13 +19,12 @@ from PIL import Image
 
 from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
-
-from .camera_files import checked_intrinsics, checked_pose
-from .label_samples import label_sample
-from .npy_files import FirstChannel, NpyFile
-from .oxts import read_calibration, read_oxts_poses
-from .samples import Sample
-from .sequences import (
+from footprints_edge_models.label_samples import label_sample
+from footprints_edge_models.samples import Sample
+from footprints_edge_models.sequences.camera_files import checked_intrinsics, checked_pose
+from footprints_edge_models.sequences.npy_files import FirstChannel, NpyFile
+from footprints_edge_models.sequences.oxts import read_calibration, read_oxts_poses
+from footprints_edge_models.sequences.sequence import (
     Flow,
     InTime,
     Sequence,

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from footprints_edge.geometry import Intrinsics
-from footprints_edge_models.label_files import read_frame
-from footprints_edge_models.label_job import LabelJob
-from footprints_edge_models.sequences import DepthPicture, Sequence, SequenceFrame
-from footprints_edge_models.training_labels import LabelSettings
+from footprints_edge_models.labels.files import read_frame
+from footprints_edge_models.labels.job import LabelJob
+from footprints_edge_models.labels.labeller import LabelSettings
+from footprints_edge_models.sequences.sequence import DepthPicture, Sequence, SequenceFrame
 
 ray = pytest.importorskip("ray", reason="Ray is an extra: pip install 'footprints-edge[ray]'")
 
@@ -57,7 +57,7 @@ def job_of(folder, script, count):
 
 
 def run(job):
-    from footprints_edge_models.ray_job import run_on_ray
+    from footprints_edge_models.labels.on_ray import run_on_ray
 
     outcomes = []
     run_on_ray(job, 2, outcomes.append)

@@ -5,11 +5,11 @@ import pytest
 from PIL import Image
 
 from footprints_edge.geometry import Intrinsics
-from footprints_edge_models.layouts import read_sequence
-from footprints_edge_models.matterport import read_matterport, read_matterport_training
+from footprints_edge_models.labels.labeller import Labeller, LabelSettings
 from footprints_edge_models.samples import NO, UNSEEN, YES
-from footprints_edge_models.sequences import InSpace, SequenceError
-from footprints_edge_models.training_labels import Labeller, LabelSettings
+from footprints_edge_models.sequences.layouts import read_sequence
+from footprints_edge_models.sequences.matterport import read_matterport, read_matterport_training
+from footprints_edge_models.sequences.sequence import InSpace, SequenceError
 
 SCAN = "2azQ1b91cZZ"
 SIZE = (102, 128)

@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from footprints_edge.colours import FARTHEST_M, colour_scale, colours_of, scale_position
-
-from .label_files import frame_names, read_frame
-from .label_samples import NOT_GROUND_PROBABILITY
-from .training_labels import FrameLabels
-from .untraversable import GROUND_PROBABILITY
+from footprints_edge_models.label_samples import NOT_GROUND_PROBABILITY
+from footprints_edge_models.labels.files import frame_names, read_frame
+from footprints_edge_models.labels.labeller import FrameLabels
+from footprints_edge_models.untraversable import GROUND_PROBABILITY
 
 WIDTH_PX = 1960
 ROWS = 8

@@ -16,8 +16,7 @@ from PIL import Image
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
-
-from .stereo import stereo_depth_m
+from footprints_edge_models.stereo import stereo_depth_m
 
 LEAST_HITS = 2
 """Ground of a pixel counts where more than this many frames agree on it (the paper's k)."""

@@ -10,8 +10,8 @@ from uuid import uuid4
 
 import ray
 
-from .label_files import remove_fragments
-from .label_job import (
+from footprints_edge_models.labels.files import remove_fragments
+from footprints_edge_models.labels.job import (
     FrameOutcome,
     LabelJob,
     LabelWorker,
@@ -42,7 +42,7 @@ def run_on_ray(job: LabelJob, workers: int, report: Report) -> None:
         report: told about every frame, those that were done before included.
 
     Raises:
-        FootprintsError: the job cannot be done at all; see :func:`label_job.prepare`.
+        FootprintsError: the job cannot be done at all; see :func:`job.prepare`.
     """
     to_do = prepare(job, report)
     if not to_do:

@@ -5,8 +5,7 @@ from numpy.typing import NDArray
 
 from footprints_edge.errors import IntrinsicsError
 from footprints_edge.geometry import Intrinsics
-
-from .sequences import SequenceError
+from footprints_edge_models.sequences.sequence import SequenceError
 
 _MOST_SKEW = 0.01
 """Files round: rotations of published clips are orthonormal to some ten thousandths."""

@@ -14,8 +14,16 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
-from .label_files import remove_fragments
-from .label_job import FrameOutcome, LabelJob, LabelWorker, Report, in_runs, in_this_run, prepare
+from footprints_edge_models.labels.files import remove_fragments
+from footprints_edge_models.labels.job import (
+    FrameOutcome,
+    LabelJob,
+    LabelWorker,
+    Report,
+    in_runs,
+    in_this_run,
+    prepare,
+)
 
 DIED_TWICE = "the worker process died at it twice, killed from outside or for want of memory"
 
@@ -31,7 +39,7 @@ def run_in_processes(job: LabelJob, processes: int, report: Report) -> None:
         report: told about every frame, those that were done before included.
 
     Raises:
-        FootprintsError: the job cannot be done at all; see :func:`label_job.prepare`.
+        FootprintsError: the job cannot be done at all; see :func:`job.prepare`.
     """
     to_do = prepare(job, report)
     lanes = [_Lane(job, part) for part in in_runs(to_do, processes)]

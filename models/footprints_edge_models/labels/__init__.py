@@ -1,0 +1,1 @@
+"""Training labels of a moving camera's frames, and the jobs that make them."""

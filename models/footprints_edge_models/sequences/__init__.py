@@ -1,0 +1,1 @@
+"""Moving cameras as files hold them: readers of every layout of frames with poses."""
