@@ -14,38 +14,62 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from footprints_edge.errors import (
         FootprintsError,
+        GroundPlaneError,
         ImageError,
         IntrinsicsError,
         ModelError,
+        NoPathError,
+        OffGroundError,
         OutputError,
+        OutsideError,
+        PlanningError,
     )
     from footprints_edge.geometry import Intrinsics
+    from footprints_edge.ground_plane import GroundPlane
     from footprints_edge.model import Model, load
+    from footprints_edge.planning import GroundPath
     from footprints_edge.prediction import Prediction
+    from footprints_edge.top_down import TopDown
     from footprints_edge.version import __version__
 
 __all__ = [
     "FootprintsError",
+    "GroundPath",
+    "GroundPlane",
+    "GroundPlaneError",
     "ImageError",
     "Intrinsics",
     "IntrinsicsError",
     "Model",
     "ModelError",
+    "NoPathError",
+    "OffGroundError",
     "OutputError",
+    "OutsideError",
+    "PlanningError",
     "Prediction",
+    "TopDown",
     "__version__",
     "load",
 ]
 
 _HOME_OF = {
     "FootprintsError": "errors",
+    "GroundPath": "planning",
+    "GroundPlane": "ground_plane",
+    "GroundPlaneError": "errors",
     "ImageError": "errors",
     "Intrinsics": "geometry",
     "IntrinsicsError": "errors",
     "Model": "model",
     "ModelError": "errors",
+    "NoPathError": "errors",
+    "OffGroundError": "errors",
     "OutputError": "errors",
+    "OutsideError": "errors",
+    "PlanningError": "errors",
     "Prediction": "prediction",
+    "TopDown": "top_down",
     "__version__": "version",
     "load": "model",
 }

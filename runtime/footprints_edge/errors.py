@@ -19,3 +19,23 @@ class ModelError(FootprintsError):
 
 class OutputError(FootprintsError):
     """A result cannot be written: unknown format, file in the way, no such folder."""
+
+
+class GroundPlaneError(FootprintsError):
+    """No plane can be fitted to the ground: too little of it, in one line, above the camera."""
+
+
+class PlanningError(FootprintsError):
+    """Base of what keeps a path from being planned; the ones below say which."""
+
+
+class OutsideError(PlanningError):
+    """A start or goal is outside the picture."""
+
+
+class OffGroundError(PlanningError):
+    """A start or goal is not on the ground, or too near to an obstacle for the margin."""
+
+
+class NoPathError(PlanningError):
+    """Start and goal are on the ground, but no way on the ground joins them."""

@@ -4,12 +4,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from PIL import Image
 
 from footprints_edge.arrays import Floats, Mask, Rgb, Size
 from footprints_edge.geometry import Intrinsics
+
+if TYPE_CHECKING:
+    from footprints_edge.ground_plane import GroundPlane
+    from footprints_edge.planning import GroundPath
+    from footprints_edge.top_down import TopDown
 
 
 @dataclass(frozen=True)
@@ -82,6 +88,12 @@ class Prediction:
         """float32 (h, w), metres to the walkable surface; NaN where `ground` is False."""
         return np.where(self.ground, self.unmasked_ground_depth_m, np.float32(np.nan))
 
+    @cached_property
+    def _ground_plane(self) -> "GroundPlane":
+        from footprints_edge.ground_plane import fit_ground_plane
+
+        return fit_ground_plane(self.unmasked_ground_depth_m, self.ground, self.intrinsics)
+
     @property
     def map_size(self) -> Size:
         """(h, w) of the maps."""
@@ -117,6 +129,65 @@ class Prediction:
             intrinsics=self.intrinsics.scaled(self.map_size, size),
         )
 
+    def ground_plane(self) -> "GroundPlane":
+        """The plane that the ground lies in, with the camera's height and pitch above it.
+
+        Raises:
+            GroundPlaneError: If there is too little ground to carry a plane.
+        """
+        return self._ground_plane
+
+    def top_down(self, cell_m: float = 0.05, range_m: float = 10.0) -> "TopDown":
+        """The ground seen from above, as an occupancy grid.
+
+        Takes the ground for the one plane of `ground_plane`.
+
+        Args:
+            cell_m: Side of a cell, metres.
+            range_m: How far the grid reaches ahead, and to each side, metres.
+
+        Raises:
+            GroundPlaneError: If there is too little ground to carry a plane.
+            ValueError: If a size is not positive, or the range is more than 5000 cells.
+        """
+        from footprints_edge.top_down import look_from_above
+
+        return look_from_above(self, cell_m, range_m)
+
+    def plan(
+        self,
+        start: Sequence[float],
+        goal: Sequence[float],
+        *,
+        unit: Literal["px", "m"] = "px",
+        margin_m: float = 0.0,
+        ground: Literal["all", "visible"] = "all",
+    ) -> "GroundPath":
+        """The cheapest path over the ground, at the paper's cost: 1 - s* for every pixel.
+
+        s* is the unthresholded `ground_probability`; a path never leaves `ground`. Needs the
+        extra `plan` (scikit-image).
+
+        Args:
+            start: x and y in pixels of the picture, or forward and left in metres.
+            goal: Likewise.
+            unit: `px`, or `m`: metres on the ground plane, from the point below the camera.
+            margin_m: Distance to keep from everything that is not ground, metres on the ground
+                plane: half of the robot's width.
+            ground: `all`, or `visible`: keep to what is seen.
+
+        Raises:
+            OutsideError: If the start or the goal is outside the picture.
+            OffGroundError: If one is not on ground, or within the margin.
+            NoPathError: If no way joins them.
+            PlanningError: Base of these; also if an argument is not one of those above, or
+                scikit-image is missing.
+            GroundPlaneError: If there is too little ground to carry a plane.
+        """
+        from footprints_edge.planning import find_path
+
+        return find_path(self, start, goal, unit=unit, margin_m=margin_m, ground=ground)
+
     def save(
         self,
         folder: str | Path,
@@ -129,7 +200,7 @@ class Prediction:
 
         Args:
             folder: Where to; made if it is not there.
-            formats: Any of `overlay`, `npz`, `png16`, `json`, `ply`.
+            formats: Any of `overlay`, `npz`, `png16`, `json`, `ply`, `topdown`.
             name: Start of the file names; None means the picture's name, or `image`.
             overwrite: Whether to replace files that are there already.
 

@@ -4,6 +4,7 @@ import io
 import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from functools import partial
 from pathlib import Path
 from threading import get_ident
 
@@ -19,6 +20,8 @@ NAMELESS = "image"
 
 FARTHEST_MM = 65535
 """A depth PNG's largest value: 65.535 m or more. 0 stands for none."""
+
+_MAP_PNG = ".topdown.png"
 
 Encoder = Callable[[Prediction], bytes]
 
@@ -81,7 +84,12 @@ def output_paths(folder: Path, name: str, formats: Iterable[str]) -> Mapping[Pat
     if Path(name).name != name:
         raise OutputError(f"the name {name!r} is a path; give the folder apart from the name")
     files = (item for wanted_format in wanted for item in FORMATS[wanted_format].items())
-    return {folder / (name + suffix): encode for suffix, encode in files}
+    return {
+        folder / (name + suffix): encode
+        if encode is not _map_yaml
+        else partial(_map_yaml, image=name + _MAP_PNG)
+        for suffix, encode in files
+    }
 
 
 def refuse_overwriting(targets: Iterable[Path], pictures: Set[Path]) -> None:
@@ -141,6 +149,15 @@ def _ply(prediction: Prediction) -> bytes:
     return encode_ply(prediction)
 
 
+def _map_png(prediction: Prediction) -> bytes:
+    return prediction.top_down().map_png()
+
+
+def _map_yaml(prediction: Prediction, image: str = NAMELESS + _MAP_PNG) -> bytes:
+    """The YAML names the picture beside it."""
+    return prediction.top_down().map_yaml(image)
+
+
 def _depth_png(depth_m: Floats) -> bytes:
     """uint16 millimetres; 0 where there is no depth, so nothing nearer than 1 mm."""
     known = np.isfinite(depth_m)
@@ -171,5 +188,6 @@ FORMATS: Mapping[str, Mapping[str, Encoder]] = {
     },
     "json": {".json": _json},
     "ply": {".ply": _ply},
+    "topdown": {_MAP_PNG: _map_png, ".topdown.yaml": _map_yaml},
 }
 """Each format's files: what is added to the picture's name, and what encodes it."""

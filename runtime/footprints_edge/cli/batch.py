@@ -41,10 +41,12 @@ def plan(
     *,
     recursive: bool,
     overwrite: bool,
+    extra: Mapping[str, Encoder] | None = None,
 ) -> Batch:
     """Lists the work before any of it is done.
 
     Outputs go to `output`, keeping the sub-folders of a named folder, or beside each picture.
+    `extra` are more files of this run: what is added to the picture's name, and what encodes it.
 
     Raises:
         OutputError: If a format is unknown.
@@ -64,7 +66,9 @@ def plan(
     pictures = {place for place, _ in distinct if place}
     made_from: dict[Path, Source] = {}
     for source in distinct.values():
-        targets = output_paths(_folder(source, output), source.name, formats)
+        folder = _folder(source, output)
+        targets = dict(output_paths(folder, source.name, formats))
+        targets |= {folder / (source.name + suffix): make for suffix, make in (extra or {}).items()}
         try:
             refuse_overwriting(targets, pictures)
             _refuse_sharing(targets, made_from)

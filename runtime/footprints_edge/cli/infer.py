@@ -2,6 +2,7 @@
 
 import sys
 import warnings
+from functools import partial
 from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from footprints_edge.cli.batch import Batch, Task
     from footprints_edge.model import Camera, Model
     from footprints_edge.prediction import Prediction
+    from footprints_edge.writers import Encoder
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -34,7 +36,8 @@ def infer(
     formats: Annotated[
         list[str] | None,
         typer.Option(
-            "--format", help="overlay (if not given), npz, png16, json, ply; several with commas."
+            "--format",
+            help="overlay (if not given), npz, png16, json, ply, topdown; several with commas.",
         ),
     ] = None,
     model: Annotated[
@@ -54,6 +57,16 @@ def infer(
     hfov: Annotated[
         float | None, typer.Option(help="Horizontal field of view in degrees, instead of fx, fy.")
     ] = None,
+    path: Annotated[
+        tuple[str, str] | None,
+        typer.Option(
+            metavar="X0,Y0 X1,Y1",
+            help="Plan a path between two pixels of the picture, and draw it to .path.png.",
+        ),
+    ] = None,
+    margin: Annotated[
+        float, typer.Option(min=0, help="Metres that the path keeps from obstacles.")
+    ] = 0.0,
     recursive: Annotated[
         bool, typer.Option("--recursive", help="Look into the sub-folders of folders.")
     ] = False,
@@ -83,7 +96,8 @@ def infer(
         warnings.filterwarnings("ignore", module=r"PIL\.")  # what matters arrives as ImageError
         camera = _camera(fx, fy, cx, cy, hfov)
         wanted = [part.strip() for text in formats or ["overlay"] for part in text.split(",")]
-        batch = plan(images, wanted, output, recursive=recursive, overwrite=overwrite)
+        extra = {".path.png": _path_encoder(path, margin)} if path else None
+        batch = plan(images, wanted, output, recursive=recursive, overwrite=overwrite, extra=extra)
         resolve(model)  # a wrong name shows even where there is nothing to do
         if batch.tasks:
             from footprints_edge.model import load
@@ -124,6 +138,24 @@ def _camera(
         return Intrinsics(fx, fy, centre_x, centre_y)
 
     return from_size
+
+
+def _path_encoder(ends: tuple[str, str], margin_m: float) -> "Encoder":
+    """What draws the path between two points given as `X,Y`."""
+    from footprints_edge.path_picture import encode_path_picture
+    from footprints_edge.planning import require_graph_search
+
+    require_graph_search()
+    start, goal = (_point(text) for text in ends)
+    return partial(encode_path_picture, start=start, goal=goal, margin_m=margin_m)
+
+
+def _point(text: str) -> tuple[float, float]:
+    try:
+        x, y = map(float, text.split(","))
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is no pixel; give --path X0,Y0 X1,Y1") from None
+    return x, y
 
 
 def _work(
