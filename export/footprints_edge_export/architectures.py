@@ -8,6 +8,8 @@ from torch import nn
 from footprints_edge_models.edge import FOCAL_PX, EdgeNetwork
 from footprints_edge_models.reference import ReferenceNetwork
 
+from .passes.registry import PASSES, Pass
+
 
 @dataclass(frozen=True)
 class Architecture:
@@ -19,12 +21,14 @@ class Architecture:
         focal_px: focal length of its canonical camera; None where depths are as trained.
         licence: of its weights, where the caller states none.
         notice: what the user of its weights must know, said once at each conversion.
+        passes: rewrites that its graphs go through.
     """
 
     build: Callable[[], nn.Module]
     focal_px: float | None
     licence: str
     notice: str = ""
+    passes: tuple[Pass, ...] = ()
 
 
 ARCHITECTURES = {
@@ -36,5 +40,6 @@ ARCHITECTURES = {
         "The published checkpoints are licensed for non-commercial use only and may not be "
         "redistributed; cite Watson et al., Footprints and Free Space from a Single Color Image, "
         "CVPR 2020.",
+        PASSES,
     ),
 }

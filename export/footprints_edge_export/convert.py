@@ -33,6 +33,7 @@ from .image_input import (
     join_uint8_image_quantized,
     split_normalisation,
 )
+from .passes.registry import Stage, apply_passes
 from .photos import list_photos, network_inputs, spread
 from .quantize import quantize
 
@@ -105,7 +106,8 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
         VerificationError: the result differs from the checkpoint; nothing is left behind.
     """
     _check_options(checkpoint, output, conversion, overwrite)
-    network = ARCHITECTURES[conversion.architecture].build().eval()
+    architecture = ARCHITECTURES[conversion.architecture]
+    network = architecture.build().eval()
     load_weights(network, read_checkpoint(checkpoint), str(checkpoint))
     calibration, held_out = _photo_split(conversion)
     calibrated_on = 0
@@ -114,9 +116,11 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
         logger.info("exporting %s", checkpoint)
         graph = to_graph(network, conversion.size)
         normalisation = split_normalisation(graph)
+        graph = apply_passes(graph, Stage.FLOAT, architecture.passes)
         quantizable = onnx.ModelProto()
         quantizable.CopyFrom(graph)
         join_uint8_image(graph, normalisation)
+        graph = apply_passes(graph, Stage.FP32, architecture.passes)
         metadata = _metadata(checkpoint, conversion)
         _write(graph, replace(metadata, precision="fp32"), fp32_path)
         fp32 = Model(Session(fp32_path))
@@ -131,6 +135,7 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
             logger.info("calibrating on %d photos", calibrated_on)
             int8_graph = quantize(quantizable, normalisation, images, conversion.target)
             join_uint8_image_quantized(int8_graph, normalisation)
+            int8_graph = apply_passes(int8_graph, Stage.INT8, architecture.passes)
             _write(int8_graph, metadata, int8_path)
             final = Model(Session(int8_path))
             difference = _quantization_loss(fp32, final, held_out)

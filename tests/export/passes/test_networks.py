@@ -1,0 +1,135 @@
+"""The passes on the networks: the same maps, and what onnxruntime makes of the files."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import onnx
+import pytest
+from onnx import numpy_helper
+from PIL import Image
+
+from footprints_edge_export.architectures import ARCHITECTURES
+from footprints_edge_export.convert import convert
+from footprints_edge_export.errors import VerificationError
+from footprints_edge_export.passes.registry import PASSES, Pass, Stage, apply_passes
+from footprints_edge_export.passes.rewriting import copied
+
+SIZE = (96, 128)
+HEADS = {"edge": 1, "reference": 2}
+
+
+def use_passes(patch, architecture, passes):
+    patch.setitem(ARCHITECTURES, architecture, replace(ARCHITECTURES[architecture], passes=passes))
+
+
+@pytest.fixture(scope="module", params=["edge", "reference"])
+def plain(request, reference_files, edge_checkpoint, conversion, photos, tmp_path_factory):
+    """A network's name and its files as they are without passes: fp32 and int8."""
+    name = request.param
+    folder = tmp_path_factory.mktemp("plain")
+    checkpoint = edge_checkpoint if name == "edge" else reference_files["checkpoint"]
+    files = {}
+    with pytest.MonkeyPatch.context() as patch:
+        use_passes(patch, name, ())
+        for precision in ("fp32", "int8"):
+            files[precision] = folder / f"{precision}.onnx"
+            calibration = (photos,) if precision == "int8" else ()
+            wanted = conversion(name, SIZE, precision, calibration)
+            convert(checkpoint, files[precision], wanted, overwrite=False)
+    return name, files
+
+
+@pytest.fixture
+def pictures(photos):
+    """The photos at the network's size, uint8 (1, H, W, 3) each."""
+    return [
+        np.asarray(Image.open(photo).convert("RGB").resize(SIZE[::-1]))[None]
+        for photo in sorted(photos.iterdir())
+    ]
+
+
+@pytest.mark.parametrize("each", PASSES, ids=lambda each: each.name)
+def test_each_pass_alone_keeps_the_maps(plain, pictures, run, each):
+    name, files = plain
+    precisions = [each.stage.value] if each.stage != Stage.FLOAT else ["fp32", "int8"]
+    for precision in precisions:
+        model = onnx.load(files[precision])
+        before = model.SerializeToString()
+        rewritten = each.rewrite(model)
+        assert model.SerializeToString() == before
+        onnx.checker.check_model(rewritten, full_check=True)
+        for picture in pictures[:3]:
+            (expected,), (found,) = run(model, picture), run(rewritten, picture)
+            assert expected.std(axis=(2, 3)).min() > 1e-3
+            if each.name == "elu_on_bytes" and name == "reference":
+                continue  # not exact: the next test
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4)
+
+
+def test_all_passes_cost_int8_nothing(plain, pictures, run):
+    """Further from float than plain int8 is, they are not: their errors are of its own kind."""
+    _, files = plain
+    fp32, int8 = onnx.load(files["fp32"]), onnx.load(files["int8"])
+    fast = apply_passes(apply_passes(int8, Stage.FLOAT), Stage.INT8)
+    off, plain_off = [], []
+    for picture in pictures:
+        (expected,) = run(fp32, picture)
+        off.append(np.abs(run(fast, picture)[0] - expected).mean())
+        plain_off.append(np.abs(run(int8, picture)[0] - expected).mean())
+    assert np.mean(off) <= 1.05 * np.mean(plain_off)
+
+
+def test_onnxruntime_computes_all_but_the_heads_on_codes(
+    plain, reference_files, optimised_nodes, tmp_path
+):
+    """A new onnxruntime that no longer fuses what these files rely on is noticed here."""
+    name, files = plain
+    passed = tmp_path / "passed.onnx"
+    model = onnx.load(files["int8"])
+    onnx.save(apply_passes(apply_passes(model, Stage.FLOAT), Stage.INT8), passed)
+    as_converted = files["int8"] if name == "edge" else reference_files["int8"]
+    convolutions = [node for node in onnx.load(files["fp32"]).graph.node if node.op_type == "Conv"]
+    for path in (as_converted, passed):
+        kinds = Counter(node.op_type for node in optimised_nodes(path))
+        assert kinds["QLinearConv"] == len(convolutions) - HEADS[name]
+        assert kinds["Conv"] + kinds["FusedConv"] == HEADS[name]
+        # Only what the heads read leaves the codes, and nothing comes back to them.
+        assert kinds["DequantizeLinear"] == HEADS[name]
+        assert kinds["QuantizeLinear"] == 0
+        assert kinds["Elu"] == 0
+        # One where the picture comes in, one before the heads: no other changes the layout.
+        assert kinds["Transpose"] <= 2
+    # Of the passed file; what is left is the edge network's bilinear one, of floats.
+    assert kinds["Resize"] + kinds["Upsample"] == (1 if name == "edge" else 0)
+
+
+def test_the_reference_file_is_converted_through_the_passes(reference_files):
+    kinds = Counter(node.op_type for node in onnx.load(reference_files["fp32"]).graph.node)
+    assert kinds["Elu"] == 0
+    assert kinds["Exp"] == 36
+    assert kinds["Slice"] == 2 + 2  # two of the maps' own, two of the last upsampling
+    assert kinds["DepthToSpace"] == 2
+    kinds = Counter(node.op_type for node in onnx.load(reference_files["int8"]).graph.node)
+    assert kinds["Elu"] == 0
+    assert kinds["Resize"] == 0
+    assert kinds["BatchNormalization"] == 0
+
+
+def test_a_pass_that_changes_the_maps_is_refused(
+    reference_files, conversion, tmp_path, monkeypatch
+):
+    """The float file is compared with torch after the passes, not before."""
+
+    def spoilt(model):
+        model = copied(model)
+        (bias,) = [t for t in model.graph.initializer if t.name.endswith("conv2d_79/bias")]
+        bias.CopyFrom(numpy_helper.from_array(numpy_helper.to_array(bias) + 0.01, bias.name))
+        return model
+
+    use_passes(monkeypatch, "reference", (*PASSES, Pass(spoilt, Stage.FP32)))
+    output = tmp_path / "a.onnx"
+    wanted = conversion("reference", SIZE)
+    with pytest.raises(VerificationError, match="differs from torch"):
+        convert(reference_files["checkpoint"], output, wanted, overwrite=False)
+    assert not output.exists()
