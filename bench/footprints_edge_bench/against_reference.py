@@ -8,35 +8,16 @@ the machine does hits both alike. Latency does not depend on weights: the refere
 
 import argparse
 import json
-import random
 import statistics
 import sys
-from collections.abc import Callable
-from time import perf_counter
 
 import numpy as np
 
 from footprints_edge.cores import usable_cores
 from footprints_edge.model import load
+from footprints_edge_bench.timing import interleaved_ms
 
 SIZE = (256, 448)
-
-
-def interleaved_ms(
-    variants: dict[str, Callable[[], object]], trials: int, seed: int = 0
-) -> dict[str, list[float]]:
-    """Milliseconds of every trial of every variant, in turns, in random order, after a warm-up."""
-    for run in variants.values():
-        run()
-        run()
-    times_ms: dict[str, list[float]] = {name: [] for name in variants}
-    order = random.Random(seed)
-    for _ in range(trials):
-        for name in order.sample(list(variants), len(variants)):
-            start = perf_counter()
-            variants[name]()
-            times_ms[name].append(1000 * (perf_counter() - start))
-    return times_ms
 
 
 def main() -> None:

@@ -1,5 +1,7 @@
 """``fp-bench``: how accurate the models are, and how fast."""
 
+from collections.abc import Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -111,6 +113,242 @@ def accuracy(
             raise typer.Exit(SOME_FAILED)
 
 
+Threads = Annotated[
+    int | None,
+    typer.Option(min=1, max=256, help="Threads of one frame.  [default: the usable cores]"),
+]
+EdgeCheckpoint = Annotated[
+    Path, typer.Option(help="Weights of the edge network, for its float rows.")
+]
+Cache = Annotated[
+    Path | None,
+    typer.Option(help="Folder that keeps converted networks.  [default: the user's cache]"),
+]
+EDGE_CHECKPOINT = Path("models/weights/edge.pt")
+
+
+class SpinningChoice(StrEnum):
+    """What onnxruntime's threads do while they wait."""
+
+    SHIPPED = "shipped"
+    ON = "on"
+    OFF = "off"
+
+
+@app.command()
+def latency(
+    *,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder of latency.md, .json and .png.")
+    ] = Path("latency"),
+    threads: Threads = None,
+    spinning: Annotated[
+        SpinningChoice,
+        typer.Option(
+            help="onnxruntime's threads: spin within a frame only, as the runtime package does; "
+            "between frames too; or never."
+        ),
+    ] = SpinningChoice.SHIPPED,
+    trials: Annotated[int, typer.Option(min=2, help="Timed frames of each row.")] = 50,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ROW", help="Rows whose name holds this; repeat for more."),
+    ] = None,
+    model: Annotated[
+        list[str] | None, typer.Option(help="A further model file as a row; repeat for more.")
+    ] = None,
+    size: Annotated[
+        list[str] | None,
+        typer.Option(metavar="HxW", help="Of the reference network; repeat.  [default: presets]"),
+    ] = None,
+    photos: Annotated[
+        Path | None, typer.Option(help="Photos to judge accuracy on.  [default: made-up ones]")
+    ] = None,
+    processes: Annotated[
+        int, typer.Option(min=0, help="Fresh processes for the cold start; 0 leaves it out.")
+    ] = 7,
+    network_only: Annotated[
+        bool, typer.Option("--network-only", help="Leave out the whole frame and the cold start.")
+    ] = False,
+    edge_checkpoint: EdgeCheckpoint = EDGE_CHECKPOINT,
+    cache: Cache = None,
+) -> None:
+    """Time networks in onnxruntime and its peers, one frame at a time, accuracy beside them.
+
+    Exit codes: 0 done, peers that cannot run are named; 1 a row of onnxruntime could not run, or
+    none could; 2 wrong usage, 3 problem with a model.
+    """
+    with explained("bench"):
+        from tqdm import tqdm
+
+        from footprints_edge.cores import usable_cores
+        from footprints_edge.model import load
+        from footprints_edge_bench.cold_start import cold_start
+        from footprints_edge_bench.end_to_end import EndToEnd, end_to_end
+        from footprints_edge_bench.engines.contender import Setting, Spinning
+        from footprints_edge_bench.latency import contenders, photos_by_size, run
+        from footprints_edge_bench.latency_plot import draw
+        from footprints_edge_bench.latency_tables import markdown, write
+        from footprints_edge_bench.machine import machine
+        from footprints_edge_bench.network_files import NetworkFiles, default_folder
+
+        here = machine()
+        count = threads or usable_cores()
+        rows = contenders(only or (), model or (), [_size(text) for text in size or ()])
+        files = NetworkFiles(cache or default_folder(), edge_checkpoint)
+        setting = Setting(files, count, Spinning(spinning.value))
+        images = None if photos is None else photos_by_size(photos, rows)
+        output.mkdir(parents=True, exist_ok=True)
+        with tqdm(total=trials * len(rows), unit="frame", disable=None) as bar:
+
+            def progress(name: str) -> None:
+                bar.set_postfix_str(name, refresh=False)
+                bar.update()
+
+            report = run(rows, setting, here, trials, images, progress)
+        whole: Sequence[EndToEnd] = ()
+        cold = None
+        ours = {"edge int8": ""} | {name: name for name in model or ()}
+        if not network_only:
+            loaded = {row: load(file or None, threads=count) for row, file in ours.items()}
+            whole = end_to_end(loaded, trials)
+            cold = cold_start(ours, count, processes) if processes else None
+        write(report, whole, cold, output)
+        draw(report, output / "latency.png")
+        typer.echo(markdown(report, whole, cold), nl=False)
+        for row in report.rows:
+            if row.reason is not None:
+                complain(f"Not run: {row.name}: {row.reason}")
+        if report.failed():
+            raise typer.Exit(SOME_FAILED)
+
+
+@app.command("table")
+def table_command(
+    *,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write it as JSON, to this file.")
+    ] = None,
+    preset: Annotated[
+        list[str] | None,
+        typer.Option(help="kitti, handheld or matterport; repeat for more.  [default: all]"),
+    ] = None,
+    threads: Threads = None,
+    trials: Annotated[int, typer.Option(min=2, help="Timed frames of each row.")] = 30,
+    edge_checkpoint: EdgeCheckpoint = EDGE_CHECKPOINT,
+    cache: Cache = None,
+) -> None:
+    """Print the paper's speed table as Markdown: its rows quoted, ours measured here.
+
+    Exit codes: 0 all done, 1 some rows could not run, 2 wrong usage, 3 problem with a model.
+    """
+    with explained("bench"):
+        from footprints_edge.cores import usable_cores
+        from footprints_edge_bench.engines.contender import Setting
+        from footprints_edge_bench.latency import PRESETS
+        from footprints_edge_bench.machine import machine
+        from footprints_edge_bench.network_files import NetworkFiles, default_folder
+        from footprints_edge_bench.speed_table import speed_table
+
+        for name in preset or ():
+            if name not in PRESETS:
+                raise typer.BadParameter(f"--preset {name}: choose from {', '.join(PRESETS)}")
+        files = NetworkFiles(cache or default_folder(), edge_checkpoint)
+        found = speed_table(
+            Setting(files, threads or usable_cores()),
+            machine(),
+            trials,
+            tuple(preset or PRESETS),
+        )
+        if output is not None:
+            output.write_text(found.as_json(), encoding="utf-8")
+        typer.echo(found.as_markdown(), nl=False)
+        if any(row.reason for row in found.rows):
+            raise typer.Exit(SOME_FAILED)
+
+
+@app.command()
+def roofline(
+    *,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write it as JSON, to this file.")
+    ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ROW", help="Rows whose name holds this; repeat for more."),
+    ] = None,
+    model: Annotated[
+        list[str] | None, typer.Option(help="A further model file as a row; repeat for more.")
+    ] = None,
+    size: Annotated[
+        list[str] | None,
+        typer.Option(metavar="HxW", help="Of the reference network; repeat.  [default: presets]"),
+    ] = None,
+    threads: Threads = None,
+    trials: Annotated[int, typer.Option(min=1, help="Timed frames of each row.")] = 10,
+    edge_checkpoint: EdgeCheckpoint = EDGE_CHECKPOINT,
+    cache: Cache = None,
+) -> None:
+    """Print how far networks are from the machine's peak, by operator, as Markdown.
+
+    Exit codes: 0 all done, 2 wrong usage, 3 problem with a model.
+    """
+    with explained("bench"):
+        from footprints_edge.cores import usable_cores
+        from footprints_edge_bench.latency import contenders
+        from footprints_edge_bench.machine import machine
+        from footprints_edge_bench.network_files import NetworkFiles, default_folder
+        from footprints_edge_bench.roofline import roofline as find_roofline
+
+        rows = contenders(only or (), model or (), [_size(text) for text in size or ()])
+        found = find_roofline(
+            [row for row in rows if row.engine == "onnxruntime"],
+            NetworkFiles(cache or default_folder(), edge_checkpoint),
+            machine(),
+            threads=threads or usable_cores(),
+            trials=trials,
+        )
+        if output is not None:
+            output.write_text(found.as_json(), encoding="utf-8")
+        typer.echo(found.as_markdown(), nl=False)
+
+
+class Architecture(StrEnum):
+    """Networks that the exporter knows."""
+
+    EDGE = "edge"
+    REFERENCE = "reference"
+
+
+class Precision(StrEnum):
+    """Of a file."""
+
+    FP32 = "fp32"
+    INT8 = "int8"
+
+
+@app.command("passes")
+def passes_command(
+    *,
+    network: Annotated[Architecture, typer.Option()] = Architecture.REFERENCE,
+    precision: Annotated[Precision, typer.Option()] = Precision.INT8,
+    size: Annotated[str, typer.Option(metavar="HxW")] = "192x640",
+    threads: Threads = None,
+    trials: Annotated[int, typer.Option(min=2, help="Timed frames of each file.")] = 30,
+) -> None:
+    """Print what each graph pass gains, on random weights, as Markdown.
+
+    Exit codes: 0 all done, 2 wrong usage, 3 problem with a model.
+    """
+    with explained("bench"):
+        from footprints_edge.cores import usable_cores
+        from footprints_edge_bench.passes import gains_as_markdown, measure_gains
+
+        count = threads or usable_cores()
+        gains = measure_gains(network.value, precision.value, _size(size), count, trials)
+        typer.echo(gains_as_markdown(gains), nl=False)
+
+
 def main() -> None:
     """Entry point of ``fp-bench``."""
     app()
@@ -122,6 +360,17 @@ def _ids(text: str, option: str) -> tuple[int, ...]:
         return tuple(int(part) for part in text.replace(",", " ").split())
     except ValueError:
         raise typer.BadParameter(f"{option} {text!r}: give class ids, such as 3,4") from None
+
+
+def _size(text: str) -> tuple[int, int]:
+    """(H, W) from text such as ``192x640``."""
+    try:
+        height, width = (int(side) for side in text.lower().split("x"))
+    except ValueError:
+        raise typer.BadParameter(f"--size {text!r}: give HxW, such as 192x640") from None
+    if min(height, width) < 64 or height % 32 or width % 32:
+        raise typer.BadParameter(f"--size {text}: both sides must be multiples of 32, from 64 on")
+    return height, width
 
 
 if __name__ == "__main__":

@@ -1,0 +1,58 @@
+"""Loading contenders. To add an engine, add its file, its row in ``ENGINES`` and its precisions."""
+
+from collections.abc import Callable
+from importlib import import_module
+
+import numpy as np
+
+from footprints_edge.arrays import Rgb
+from footprints_edge.errors import FootprintsError
+from footprints_edge_bench.engines.contender import Contender, EngineError, Running, Setting
+
+ENGINES = {
+    "onnxruntime": ("int8", "fp32", "int8-stock", "fp32-stock"),
+    "torch": ("fp32",),
+    "openvino": ("fp32", "bf16", "int8", "int8-nncf"),
+    "ncnn": ("fp32",),
+    "litert": ("fp32",),
+}
+"""Engines and the precisions that they are asked for. ``-stock`` files are without our rewrites of
+the graph, which suit onnxruntime; OpenVINO's float rows start from them. Its ``int8`` is the very
+file that onnxruntime runs, ``int8-nncf`` the stock float file quantized by OpenVINO's own tool on
+the same pictures."""
+
+
+def open_contender(contender: Contender, setting: Setting) -> Running:
+    """Loads a contender and runs it once.
+
+    Raises:
+        EngineError: it cannot run; the message says why.
+    """
+    if contender.precision not in ENGINES.get(contender.engine, ()):
+        raise EngineError(
+            f"{contender.engine} {contender.precision} is not a row; there are "
+            + ", ".join(f"{name} {kind}" for name, kinds in ENGINES.items() for kind in kinds)
+        )
+    module = import_module(f"footprints_edge_bench.engines.with_{contender.engine}")
+    open_with: Callable[[Contender, Setting], Running] = module.open_with
+    try:
+        running = open_with(contender, setting)
+        maps = running.run(np.zeros((1, *contender.size, 3), np.uint8))
+    except FootprintsError as error:
+        raise EngineError(str(error)) from error
+    except ModuleNotFoundError as error:
+        raise EngineError(
+            f"needs the package {error.name}; install it with: "
+            "pip install 'footprints-edge[bench,peers]'"
+        ) from error
+    except Exception as error:  # engines share no base class
+        first = next(iter(str(error).splitlines()), "")
+        raise EngineError(f"{type(error).__name__}: {first}") from error
+    if maps.shape != (1, 4, *contender.size) or not np.isfinite(maps).all():
+        raise EngineError(f"its maps {maps.shape} are not finite (1, 4, H, W)")
+    return running
+
+
+def as_frame(running: Running, image: Rgb) -> Callable[[], object]:
+    """What is timed: one frame of a contender."""
+    return lambda: running.run(image)

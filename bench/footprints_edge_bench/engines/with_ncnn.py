@@ -1,0 +1,77 @@
+"""ncnn, float32, converted by its own pnnx."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
+from footprints_edge.arrays import Floats, Rgb
+from footprints_edge_bench.engines.contender import Contender, EngineError, Running, Setting
+
+
+def open_with(contender: Contender, setting: Setting) -> Running:
+    """Loads a contender; ncnn does not tell per operator, its options say what it computes in."""
+    import ncnn
+
+    folder = _converted(contender, setting)
+    param, weights = folder / "network.ncnn.param", folder / "network.ncnn.bin"
+    net = ncnn.Net()
+    net.opt.num_threads = setting.threads
+    net.opt.use_vulkan_compute = False
+    net.opt.use_fp16_packed = net.opt.use_fp16_storage = net.opt.use_fp16_arithmetic = False
+    net.opt.use_bf16_storage = False
+    if net.load_param(str(param)) or net.load_model(str(weights)):
+        raise EngineError(f"ncnn does not load what pnnx made of {contender.network}")
+    height, width = contender.size
+
+    def run(image: Rgb) -> Floats:
+        frame = ncnn.Mat.from_pixels(
+            np.ascontiguousarray(image[0]), ncnn.Mat.PixelType.PIXEL_RGB, width, height
+        )
+        frame.substract_mean_normalize([], [1 / 255] * 3)
+        extractor = net.create_extractor()
+        extractor.input("in0", frame)
+        failed, maps = extractor.extract("out0")
+        if failed:
+            raise EngineError(f"ncnn failed on {contender.name}: code {failed}")
+        return np.array(maps)[None]
+
+    convolutions = sum(line.startswith("Convolution") for line in param.read_text().splitlines())
+    options = net.opt
+    is_half = options.use_bf16_storage or options.use_fp16_arithmetic
+    kind = "half precision" if is_half else "float32"
+    file_bytes = param.stat().st_size + weights.stat().st_size
+    return Running(run, f"{kind} ({convolutions} convolutions, by its options)", file_bytes)
+
+
+def _converted(contender: Contender, setting: Setting) -> Path:
+    import pnnx
+    import torch
+
+    from footprints_edge_models.maps import raw_to_maps
+
+    network = setting.files.network(contender.network)
+    height, width = contender.size
+
+    class WithMaps(torch.nn.Module):
+        def __init__(self) -> None:
+            super().__init__()
+            self.network = network
+
+        def forward(self, image: torch.Tensor) -> torch.Tensor:
+            return raw_to_maps(self.network(image))
+
+    def make(folder: Path) -> None:
+        example = torch.zeros(1, 3, *contender.size)
+        traced = torch.jit.trace(WithMaps().eval(), example)  # type: ignore[no-untyped-call]
+        traced.save(str(folder / "network.pt"))
+        command = [pnnx.EXEC_PATH, "network.pt", f"inputshape=[1,3,{height},{width}]", "fp16=0"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if not (folder / "network.ncnn.param").is_file():
+            raise EngineError(f"pnnx made no ncnn files of {contender.network}: {done.stderr}")
+
+    return setting.files.kept(
+        f"{contender.network}-{height}x{width}-ncnn",
+        {"weights": setting.files.weights_sha256(contender.network), "size": contender.size},
+        make,
+    )

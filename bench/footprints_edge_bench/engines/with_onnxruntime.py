@@ -1,0 +1,46 @@
+"""onnxruntime: as the runtime package runs it, or with another way of waiting."""
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from footprints_edge.arrays import Floats, Rgb
+from footprints_edge.session import Session
+from footprints_edge_bench.engines.contender import (
+    Contender,
+    Running,
+    Setting,
+    Spinning,
+    counted,
+)
+from footprints_edge_bench.ort_profile import convolutions, profile
+
+
+def open_with(contender: Contender, setting: Setting) -> Running:
+    """Loads a contender; its precision is what the profiler saw its convolutions compute in."""
+    path = setting.files.onnx(contender.network, contender.size, contender.precision)
+    if setting.spinning is Spinning.SHIPPED:
+        run = Session(path, threads=setting.threads).run
+    else:
+        run = partial(_run, _session(path, setting.threads, setting.spinning))
+    noise = np.random.default_rng(0).integers(0, 256, (1, *contender.size, 3), np.uint8)
+    operators = profile(path, {"image": noise}, threads=setting.threads, frames=1)
+    return Running(run, counted(convolutions(operators)), path.stat().st_size)
+
+
+def _session(path: Path, threads: int, spinning: Spinning) -> object:
+    import onnxruntime as ort
+
+    options = ort.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.inter_op_num_threads = 1
+    options.log_severity_level = 4
+    key = "session.intra_op.allow_spinning"
+    options.add_session_config_entry(key, str(int(spinning is Spinning.ON)))
+    return ort.InferenceSession(path, options, providers=["CPUExecutionProvider"])
+
+
+def _run(session: object, image: Rgb) -> Floats:
+    maps: Floats = session.run(["maps"], {"image": image})[0]  # type: ignore[attr-defined]
+    return maps

@@ -1,0 +1,27 @@
+"""PyTorch eager, float32: the network as it was trained."""
+
+from footprints_edge.arrays import Floats, Rgb
+from footprints_edge_bench.engines.contender import Contender, Running, Setting, counted
+
+
+def open_with(contender: Contender, setting: Setting) -> Running:
+    """Loads a contender; its precision is that of its weights."""
+    import torch
+
+    from footprints_edge_models.maps import raw_to_maps
+
+    network = setting.files.network(contender.network)
+    torch.set_num_threads(setting.threads)
+
+    def run(image: Rgb) -> Floats:
+        with torch.inference_mode():
+            x = torch.tensor(image).permute(0, 3, 1, 2).float() / 255
+            maps: Floats = raw_to_maps(network(x)).numpy()
+            return maps
+
+    kinds: dict[str, int] = {}
+    for module in network.modules():
+        if isinstance(module, torch.nn.Conv2d):
+            kind = str(module.weight.dtype).removeprefix("torch.")
+            kinds[kind] = kinds.get(kind, 0) + 1
+    return Running(run, counted(kinds), None)

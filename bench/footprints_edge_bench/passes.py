@@ -1,0 +1,157 @@
+"""What each graph pass gains: a network's file after one pass more, all in one interleaved run."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from statistics import median
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footprints_edge.arrays import Size
+from footprints_edge_bench.timing import interleaved_ms
+
+if TYPE_CHECKING:
+    import onnx
+    from torch import nn
+
+AS_EXPORTED = "as exported"
+
+
+@dataclass(frozen=True)
+class Gain:
+    """A file after one pass more than the one before.
+
+    Attributes:
+        name: of the pass, or :data:`AS_EXPORTED`.
+        min_ms: its fastest frame, network alone.
+        median_ms: its median frame.
+        of_before: median of its times by those of the file before, round by round.
+        of_first: likewise by those of the file as exported.
+    """
+
+    name: str
+    min_ms: float
+    median_ms: float
+    of_before: float
+    of_first: float
+
+
+def measure_gains(
+    architecture: str, precision: str, size: Size, threads: int, trials: int
+) -> list[Gain]:
+    """Export a network with random weights and time it after each of its passes.
+
+    Args:
+        architecture: key of the exporter's ``ARCHITECTURES``. All passes are tried, also those
+            that its conversion leaves out.
+        precision: ``fp32`` or ``int8``.
+        size: (H, W).
+        threads: of onnxruntime.
+        trials: timed frames of each file.
+    """
+    import onnxruntime
+
+    image = np.random.default_rng(0).integers(0, 256, (1, *size, 3), dtype=np.uint8)
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.log_severity_level = 3
+    sessions = {
+        name: onnxruntime.InferenceSession(
+            model.SerializeToString(), options, providers=["CPUExecutionProvider"]
+        )
+        for name, model in _variants(architecture, precision, size)
+    }
+    runs: dict[str, Callable[[], object]] = {
+        name: partial(session.run, None, {"image": image}) for name, session in sessions.items()
+    }
+    return summarise(interleaved_ms(runs, trials))
+
+
+def summarise(times_ms: dict[str, list[float]]) -> list[Gain]:
+    """Times of every file, in the order of the passes, to gains."""
+    names = list(times_ms)
+    first = np.array(times_ms[names[0]])
+    gains = []
+    for before, name in zip([names[0], *names], names, strict=False):
+        times = np.array(times_ms[name])
+        gains.append(
+            Gain(
+                name,
+                float(times.min()),
+                float(median(times)),
+                float(np.median(times / np.array(times_ms[before]))),
+                float(np.median(times / first)),
+            )
+        )
+    return gains
+
+
+def gains_as_markdown(gains: Sequence[Gain]) -> str:
+    """A table, one pass a row."""
+    lines = [
+        "| after | fastest, ms | median, ms | x the row before | x as exported |",
+        "| --- | ---: | ---: | ---: | ---: |",
+    ]
+    lines += [
+        f"| {g.name} | {g.min_ms:.1f} | {g.median_ms:.1f} | {g.of_before:.2f} | {g.of_first:.2f} |"
+        for g in gains
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _variants(
+    architecture: str, precision: str, size: Size
+) -> Iterator[tuple[str, "onnx.ModelProto"]]:
+    """A network's graph as exported, and after each pass more."""
+    from footprints_edge_export.architectures import ARCHITECTURES
+    from footprints_edge_export.graph import to_graph
+    from footprints_edge_export.image_input import (
+        correct_first_bias,
+        join_uint8_image,
+        join_uint8_image_quantized,
+        split_normalisation,
+    )
+    from footprints_edge_export.passes.registry import PASSES, Stage
+    from footprints_edge_export.quantize import quantize
+
+    model = to_graph(_lively(ARCHITECTURES[architecture].build(), size), size)
+    normalisation = split_normalisation(model)
+    if precision == "fp32":
+        join_uint8_image(model, normalisation)
+    else:
+        correct_first_bias(model, normalisation)
+        model = quantize(model, normalisation, _pictures(size), "x86-vnni")
+        join_uint8_image_quantized(model, normalisation)
+    yield AS_EXPORTED, model
+    for each in PASSES:
+        if each.stage in (Stage.FLOAT, Stage(precision)):
+            model = each.rewrite(model)
+            yield each.name, model
+
+
+def _lively(network: "nn.Module", size: Size) -> "nn.Module":
+    """Random weights whose activations are about as large as trained ones.
+
+    With torch's own first weights they shrink from layer to layer, and what int8 does depends on
+    their range.
+    """
+    import torch
+
+    with torch.random.fork_rng(devices=[]), torch.no_grad():
+        torch.manual_seed(0)
+        for module in network.modules():
+            if isinstance(module, torch.nn.Conv2d):
+                torch.nn.init.kaiming_normal_(module.weight, nonlinearity="relu")
+            if isinstance(module, torch.nn.BatchNorm2d):
+                module.momentum = 1.0
+        pictures = torch.from_numpy(np.concatenate(_pictures(size))).permute(0, 3, 1, 2)
+        network.train()(pictures.float() / 255)
+    return network.eval()
+
+
+def _pictures(size: Size) -> list[np.ndarray[tuple[int, ...], np.dtype[np.uint8]]]:
+    """Two made-up pictures, uint8 (1, H, W, 3) each."""
+    from footprints_edge_bench.made_photos import made_photo
+
+    return [made_photo(size, seed)[None] for seed in range(2)]
