@@ -19,6 +19,7 @@ from footprints_edge.metadata import ModelMetadata
 from footprints_edge.preprocessing import preprocess
 from footprints_edge.registry import resolve
 from footprints_edge_bench.made_photos import made_photo
+from footprints_edge_bench.random_weights import with_lively_weights
 from footprints_edge_bench.stock_files import write_stock
 
 if TYPE_CHECKING:
@@ -184,20 +185,12 @@ def _calibration_photos() -> list[Rgb]:
 
 
 def _random_reference(folder: Path) -> None:
-    """The paper's network with random weights whose batch norms fit them, so that maps vary."""
     import torch
 
     from footprints_edge_models.reference import ReferenceNetwork
 
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(0)
-        network = ReferenceNetwork().train()
-    for module in network.modules():
-        if isinstance(module, torch.nn.BatchNorm2d):
-            module.momentum = 1.0
-    photos = [preprocess(made_photo((96, 128), seed), (96, 128))[0] for seed in range(4)]
-    with torch.no_grad():
-        network(torch.stack([torch.from_numpy(p.copy()) for p in photos]).permute(0, 3, 1, 2) / 255)
+    photos = [preprocess(made_photo((96, 128), seed), (96, 128)) for seed in range(4)]
+    network = with_lively_weights(ReferenceNetwork(), photos)
     torch.save(network.state_dict(), folder / "weights.pt")
 
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footprints_edge.arrays import Size
+from footprints_edge_bench.random_weights import with_lively_weights
 from footprints_edge_bench.timing import interleaved_ms
 
 if TYPE_CHECKING:
     import onnx
-    from torch import nn
 
 AS_EXPORTED = "as exported"
 
@@ -115,7 +115,9 @@ def _variants(
     from footprints_edge_export.passes.registry import PASSES, Stage
     from footprints_edge_export.quantize import quantize
 
-    model = to_graph(_lively(ARCHITECTURES[architecture].build(), size), size)
+    model = to_graph(
+        with_lively_weights(ARCHITECTURES[architecture].build(), _pictures(size)), size
+    )
     normalisation = split_normalisation(model)
     if precision == "fp32":
         join_uint8_image(model, normalisation)
@@ -128,26 +130,6 @@ def _variants(
         if each.stage in (Stage.FLOAT, Stage(precision)):
             model = each.rewrite(model)
             yield each.name, model
-
-
-def _lively(network: "nn.Module", size: Size) -> "nn.Module":
-    """Random weights whose activations are about as large as trained ones.
-
-    With torch's own first weights they shrink from layer to layer, and what int8 does depends on
-    their range.
-    """
-    import torch
-
-    with torch.random.fork_rng(devices=[]), torch.no_grad():
-        torch.manual_seed(0)
-        for module in network.modules():
-            if isinstance(module, torch.nn.Conv2d):
-                torch.nn.init.kaiming_normal_(module.weight, nonlinearity="relu")
-            if isinstance(module, torch.nn.BatchNorm2d):
-                module.momentum = 1.0
-        pictures = torch.from_numpy(np.concatenate(_pictures(size))).permute(0, 3, 1, 2)
-        network.train()(pictures.float() / 255)
-    return network.eval()
 
 
 def _pictures(size: Size) -> list[np.ndarray[tuple[int, ...], np.dtype[np.uint8]]]:
