@@ -156,7 +156,4 @@ def ransac_depth_m(
     plane = fit_plane(points, np.random.default_rng(seed))
     if plane is None:
         return None
-    along = rays(intrinsics.scaled(from_size, size), size) @ plane.normal
-    with np.errstate(divide="ignore", invalid="ignore"):
-        meets_m = plane.offset_m / along
-    return np.where(meets_m > 0, meets_m, np.inf).astype(np.float32)
+    return plane.depth_m(rays(intrinsics.scaled(from_size, size), size)).astype(np.float32)

@@ -124,6 +124,17 @@ Cache = Annotated[
     Path | None,
     typer.Option(help="Folder that keeps converted networks.  [default: the user's cache]"),
 ]
+Only = Annotated[
+    list[str] | None,
+    typer.Option(metavar="ROW", help="Rows whose name holds this; repeat for more."),
+]
+FurtherModels = Annotated[
+    list[str] | None, typer.Option(help="A further model file as a row; repeat for more.")
+]
+ReferenceSizes = Annotated[
+    list[str] | None,
+    typer.Option(metavar="HxW", help="Of the reference network; repeat.  [default: presets]"),
+]
 EDGE_CHECKPOINT = Path("models/weights/edge.pt")
 
 
@@ -150,17 +161,9 @@ def latency(
         ),
     ] = SpinningChoice.SHIPPED,
     trials: Annotated[int, typer.Option(min=2, help="Timed frames of each row.")] = 50,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ROW", help="Rows whose name holds this; repeat for more."),
-    ] = None,
-    model: Annotated[
-        list[str] | None, typer.Option(help="A further model file as a row; repeat for more.")
-    ] = None,
-    size: Annotated[
-        list[str] | None,
-        typer.Option(metavar="HxW", help="Of the reference network; repeat.  [default: presets]"),
-    ] = None,
+    only: Only = None,
+    model: FurtherModels = None,
+    size: ReferenceSizes = None,
     photos: Annotated[
         Path | None, typer.Option(help="Photos to judge accuracy on.  [default: made-up ones]")
     ] = None,
@@ -273,17 +276,9 @@ def roofline(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Also write it as JSON, to this file.")
     ] = None,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ROW", help="Rows whose name holds this; repeat for more."),
-    ] = None,
-    model: Annotated[
-        list[str] | None, typer.Option(help="A further model file as a row; repeat for more.")
-    ] = None,
-    size: Annotated[
-        list[str] | None,
-        typer.Option(metavar="HxW", help="Of the reference network; repeat.  [default: presets]"),
-    ] = None,
+    only: Only = None,
+    model: FurtherModels = None,
+    size: ReferenceSizes = None,
     threads: Threads = None,
     trials: Annotated[int, typer.Option(min=1, help="Timed frames of each row.")] = 10,
     edge_checkpoint: EdgeCheckpoint = EDGE_CHECKPOINT,

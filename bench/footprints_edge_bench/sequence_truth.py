@@ -51,20 +51,17 @@ class _Clip:
 
     @cached_property
     def floor_map(self) -> "FloorMap":
-        from footprints_edge_models.floor_map import Frame, build_floor_map, fit_floor
+        from footprints_edge_models.floor_map import build_floor_map, fit_floor
 
-        frames = [
-            Frame(each.depth.read(), each.intrinsics, each.camera_to_world)
-            for each in self.sequence.frames
-        ]
+        frames = [frame.measured() for frame in self.sequence.frames]
         up = np.array(self.sequence.up or (0, 1, 0), dtype=np.float64)
         return build_floor_map(frames, fit_floor(frames[::_PLANE_STRIDE], up))
 
     def truth(self, frame: "SequenceFrame") -> Truth:
-        from footprints_edge_models.floor_map import FREE, OCCUPIED, Frame, ground_by_depth
+        from footprints_edge_models.floor_map import FREE, OCCUPIED, ground_by_depth
         from footprints_edge_models.samples import UNKNOWN, YES
 
-        view = Frame(frame.depth.read(), frame.intrinsics, frame.camera_to_world)
+        view = frame.measured()
         cells, floor_depth_m = self.floor_map.project(view)
         seen = ground_by_depth(view, self.floor_map.plane)
         visible = seen == YES

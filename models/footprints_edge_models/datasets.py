@@ -3,7 +3,6 @@
 To add a dataset, write a reader that yields :class:`Sample` and name it in ``READERS``.
 """
 
-import json
 import logging
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -25,6 +24,7 @@ from footprints_edge_models.labels.files import (
     read_about,
     read_frame,
 )
+from footprints_edge_models.sequences.folders import WALKABLE, read_sequence_folder
 from footprints_edge_models.sequences.kitti import read_kitti_training
 from footprints_edge_models.sequences.matterport import read_matterport_training
 from footprints_edge_models.sequences.sequence import SequenceError
@@ -110,9 +110,7 @@ CAMVID = PhotoLabels(
         Kind(10, solid_m=0.5, longest_m=2.0),
     ),
 )
-ADE20K = PhotoLabels(
-    walkable=(4, 7, 10, 12, 14, 29, 30), void=(0,), barriers=(1, 2, 3, 6, 9), sky=(3,)
-)
+ADE20K = PhotoLabels(walkable=WALKABLE, void=(0,), barriers=(1, 2, 3, 6, 9), sky=(3,))
 """The 31 most frequent classes of ADE20K; see the card of the model that made the labels."""
 
 
@@ -160,21 +158,11 @@ def read_rgbd_clip(folder: Path) -> Iterator[Sample]:
     Visible ground is what lies on the floor plane by depth; ground, seen or hidden, and its depth
     come from the floor map of the whole clip.
     """
-    sequence = json.loads((folder / "sequence.json").read_text())
-    (fx, _, cx), (_, fy, cy), _ = sequence["intrinsics"]
-    camera = Intrinsics(fx, fy, cx, cy)
-    up = -np.array(sequence.get("gravity_direction", (0, -1, 0)), dtype=float)
-    frames = []
-    for entry in sequence["frames"]:
-        depth_mm = np.asarray(Image.open(folder / "depth" / f"{entry['name']}.png"))
-        pose = np.array(entry["camera_to_world"])
-        frames.append(Frame((depth_mm / 1000).astype(np.float32), camera, pose))
-    plane = fit_floor(frames[::4], up)
+    sequence = read_sequence_folder(folder)
+    frames = [entry.measured() for entry in sequence.frames]
+    plane = fit_floor(frames[::4], np.array(sequence.up))
     floor_map = build_floor_map(frames, plane)
-    for entry, frame in zip(sequence["frames"], frames, strict=True):
-        image_path = next((folder / "images").glob(f"{entry['name']}.*"), None)
-        if image_path is None:
-            raise DatasetError(f"{folder / 'images'}: no picture named {entry['name']}")
+    for entry, frame in zip(sequence.frames, frames, strict=True):
         cells, floor_depth_m = floor_map.project(frame)
         visible = ground_by_depth(frame, plane)
         gap_m = floor_depth_m - np.where(frame.depth_m > 0, frame.depth_m, floor_depth_m)
@@ -185,9 +173,9 @@ def read_rgbd_clip(folder: Path) -> Iterator[Sample]:
         ground[visible == YES] = YES
         yield shrunk(
             Sample(
-                f"{folder.name}/{entry['name']}",
-                decode(image_path).rgb,
-                camera,
+                f"{folder.name}/{entry.name}",
+                decode(entry.image).rgb,
+                entry.intrinsics,
                 visible,
                 ground,
                 frame.depth_m.astype(np.float16),

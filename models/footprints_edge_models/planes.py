@@ -41,6 +41,12 @@ class Plane:
         first /= np.linalg.norm(first)
         return first, np.cross(self.normal, first)
 
+    def depth_m(self, rays: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Depth where rays (..., 3) from the origin, z = 1, meet the plane; infinite if never."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            meets_m = self.offset_m / (rays @ self.normal)
+        return np.where(meets_m > 0, meets_m, np.inf)
+
     def height_m(self, points: NDArray[np.floating]) -> NDArray[np.floating]:
         """Signed distance of points (..., 3) from the plane along its normal, metres."""
         return points @ self.normal - self.offset_m

@@ -93,8 +93,7 @@ def untraversable_pixels(
     directions = rays(intrinsics, (height, width)) + np.array(
         [middle / intrinsics.fx, middle / intrinsics.fy, 0], np.float32
     )
-    with np.errstate(divide="ignore", invalid="ignore"):
-        floor_m = plane.offset_m / (directions @ plane.normal)
+    floor_m = plane.depth_m(directions)
     near = (floor_m > 0.1) & (floor_m < FARTHEST_M)
     near &= np.abs(floor_m - depth_m) < NEAR_SHARE * depth_m
     met = np.floor((directions[near] * floor_m[near, None]) @ axes.T / _CELL_M) - origin

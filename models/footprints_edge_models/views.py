@@ -87,7 +87,7 @@ def render(sample: Sample, size: tuple[int, int], rng: np.random.Generator | Non
     """The view of a random virtual camera with jittered colours; central and plain without rng."""
     view = covering_camera(sample, size, rng)
     target, source = view.intrinsics, sample.intrinsics
-    homography = _matrix(source) @ view.rotation.T @ np.linalg.inv(_matrix(target))
+    homography = source.matrix @ view.rotation.T @ np.linalg.inv(target.matrix)
 
     def warp(array: NDArray[Any], linear: bool, outside: float) -> NDArray[Any]:
         warped: NDArray[Any] = cv2.warpPerspective(
@@ -150,7 +150,3 @@ def jitter(image: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uin
         noise = rng.normal(0, rng.uniform(2, 8), image.shape[:2])[..., None]
         image = np.clip(image + noise, 0, 255).astype(np.uint8)
     return np.ascontiguousarray(image)
-
-
-def _matrix(camera: Intrinsics) -> NDArray[np.float64]:
-    return np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])

@@ -88,8 +88,8 @@ def _project(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Pixel coordinates, counted from the edge of pixel 0, and depth in the target."""
     # K_t (R (d K_s^-1 (u, v, 1)) + t): one 3x3 matrix for all that grows with the depth
-    to_pixels = _matrix(target)
-    along = to_pixels @ source_to_target[:3, :3] @ np.linalg.inv(_matrix(source))
+    to_pixels = target.matrix
+    along = to_pixels @ source_to_target[:3, :3] @ np.linalg.inv(source.matrix)
     shift = to_pixels @ source_to_target[:3, 3]
     x, y, z = (
         (row[0] * columns + row[1] * rows + row[2]) * depth_m + offset
@@ -125,7 +125,3 @@ def _project_as_published(
         return quotient
 
     return pixels(target.fx, target.cx, x), pixels(target.fy, target.cy, y), z
-
-
-def _matrix(camera: Intrinsics) -> NDArray[np.float64]:
-    return np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])

@@ -112,6 +112,11 @@ class Intrinsics:
         """One focal length for both axes, in pixels: sqrt(fx fy), which keeps areas."""
         return math.sqrt(self.fx * self.fy)
 
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The camera matrix K, float64 (3, 3): pixels times depth are K times a point."""
+        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]])
+
     def hfov_deg(self, image_size: Size) -> float:
         """Horizontal field of view in degrees, for the image size that the numbers are for."""
         return math.degrees(2 * math.atan(image_size[1] / 2 / self.fx))

@@ -1,5 +1,6 @@
 """A picture of labels for people to judge: a row a frame, spread evenly over the sequence."""
 
+import io
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from footprints_edge_models.label_samples import NOT_GROUND_PROBABILITY
 from footprints_edge_models.labels.files import frame_names, read_frame
 from footprints_edge_models.labels.labeller import FrameLabels
 from footprints_edge_models.untraversable import GROUND_PROBABILITY
+from footprints_edge_models.whole_files import write_whole
 
 WIDTH_PX = 1960
 ROWS = 8
@@ -36,9 +38,9 @@ Picture = NDArray[np.uint8]
 def write_contact_sheet(folder: Path) -> Path:
     """Draws the contact sheet of a folder of labels into it; says where."""
     path = folder / "contact-sheet.png"
-    temporary = path.with_name(f".{path.name}.part")
-    draw_contact_sheet(folder).save(temporary, "PNG")
-    temporary.replace(path)
+    buffer = io.BytesIO()
+    draw_contact_sheet(folder).save(buffer, "PNG")
+    write_whole(path, buffer.getvalue())
     return path
 
 

@@ -5,7 +5,6 @@ A frame's file appears whole or not at all, so a frame is done exactly when its 
 
 import io
 import json
-import os
 import zlib
 from dataclasses import asdict
 from importlib.metadata import version
@@ -22,6 +21,7 @@ from footprints_edge.images import decode
 from footprints_edge.version import __version__
 from footprints_edge_models.labels.labeller import FrameLabels, LabelSettings
 from footprints_edge_models.sequences.sequence import Sequence
+from footprints_edge_models.whole_files import write_whole
 
 ABOUT = "labels.json"
 _FORMAT = 1
@@ -55,7 +55,7 @@ def claim(folder: Path, sequence: Sequence, settings: LabelSettings) -> None:
     if not path.exists():
         made_with = {name: version(name) for name in ("numpy", "opencv-python-headless", "pillow")}
         about["made_with"] = {"footprints-edge": __version__, **made_with}
-        _write_whole(path, (json.dumps(about, indent=2) + "\n").encode())
+        write_whole(path, (json.dumps(about, indent=2) + "\n").encode())
         return
     there = read_about(folder)
     for key, value in _flat(about).items():
@@ -104,7 +104,7 @@ def write_frame(folder: Path, labels: FrameLabels) -> None:
         untraversable=labels.untraversable,
         moving=labels.moving,
     )
-    _write_whole(frame_path(folder, labels.name), data.getvalue())
+    write_whole(frame_path(folder, labels.name), data.getvalue())
 
 
 def read_frame(folder: Path, name: str) -> FrameLabels:
@@ -142,17 +142,6 @@ def remove_fragments(folder: Path) -> None:
     """Removes what a killed process left half written."""
     for path in folder.rglob(".*.part"):
         path.unlink(missing_ok=True)
-
-
-def _write_whole(path: Path, data: bytes) -> None:
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        temporary.write_bytes(data)
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
 
 
 def _flat(values: dict[str, Any], prefix: str = "") -> dict[str, Any]:

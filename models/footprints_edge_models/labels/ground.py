@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.images import decode
-from footprints_edge_models.floor_map import Frame, fit_floor, ground_by_depth
+from footprints_edge_models.floor_map import fit_floor, ground_by_depth
 from footprints_edge_models.samples import NO, UNKNOWN, YES
 from footprints_edge_models.sequences.folders import WALKABLE
 from footprints_edge_models.sequences.sequence import Sequence, SequenceError, SequenceFrame
@@ -81,10 +81,12 @@ def ground_on_floor(sequence: Sequence, every: int = 4) -> GroundReader:
             f"{sequence.name}: a floor cannot be found in the depth where nobody knows which way "
             "is up; take the ground from 'given', 'teacher' or 'model'"
         )
-    plane = fit_floor(map(_measured, sequence.frames[::every]), np.array(sequence.up))
+    plane = fit_floor(
+        (frame.measured() for frame in sequence.frames[::every]), np.array(sequence.up)
+    )
 
     def read(frame: SequenceFrame) -> NDArray[np.float32]:
-        labels = ground_by_depth(_measured(frame), plane)
+        labels = ground_by_depth(frame.measured(), plane)
         probability = np.zeros(256, np.float32)
         probability[[NO, YES, UNKNOWN]] = 0, 1, UNDECIDED
         return probability[labels]
@@ -133,11 +135,3 @@ def model_ground(name: str | None) -> GroundReader:
         return prediction.visible_ground_probability
 
     return read
-
-
-def _measured(frame: SequenceFrame) -> Frame:
-    """A frame's depth with its camera scaled to the depth's own size."""
-    depth_m = frame.depth.read()
-    size = (depth_m.shape[0], depth_m.shape[1])
-    camera = frame.intrinsics.scaled(frame.image_size(), size)
-    return Frame(depth_m, camera, frame.camera_to_world)

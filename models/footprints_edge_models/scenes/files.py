@@ -6,7 +6,6 @@ a plane: both compress well.
 
 import io
 import json
-import os
 import zipfile
 import zlib
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics, rays
+from footprints_edge_models.whole_files import write_whole
 
 from .cameras import Camera
 from .scene import Scene
@@ -216,13 +216,6 @@ def read_scene(folder: Path, name: str) -> SceneFile:
     visible_m[is_ground] = ground_m[is_ground]
     truth = Truth(bits, visible_m, ground_m)
     return SceneFile(name, kind, cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), camera, up, truth)
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Writes a file under another name first, so that it is never there in part."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    part.write_bytes(content)
-    part.replace(path)
 
 
 def _packed(values: NDArray[np.uint16]) -> bytes:

@@ -1,5 +1,6 @@
 """Fills a folder with made scenes, on all cores; what is there already is kept."""
 
+import io
 import json
 import multiprocessing
 import os
@@ -12,8 +13,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from footprints_edge_models.whole_files import write_whole
+
 from .boxes import boxes_of
-from .files import SceneSettings, scene_name, write_scene, write_settings, write_whole
+from .files import SceneSettings, scene_name, write_scene, write_settings
 from .generate import MadeScene, make_scene
 from .textures import TextureLibrary
 from .voxels import CLASSES, voxels_of
@@ -127,21 +130,19 @@ def _make(number: int) -> int:
 
 def _write_solids(folder: Path, name: str, made: MadeScene) -> None:
     """Boxes and voxels of a scene, for the baselines that need them."""
-    for part in ("boxes", "voxels"):
-        (folder / part).mkdir(exist_ok=True)
     boxes = json.dumps(boxes_of(made.scene, made.camera))
     write_whole(folder / "boxes" / f"{name}.json", boxes.encode())
     voxels = voxels_of(made.scene, made.geometry, made.camera)
-    unfinished = folder / "voxels" / f".{name}.part.npz"
+    arrays = io.BytesIO()
     np.savez_compressed(
-        unfinished,
+        arrays,
         labels=voxels.labels,
         origin_m=voxels.origin_m,
         voxel_m=np.array(voxels.voxel_m),
         camera_to_grid=voxels.camera_to_grid,
         class_names=np.array(CLASSES),
     )
-    unfinished.replace(folder / "voxels" / f"{name}.npz")
+    write_whole(folder / "voxels" / f"{name}.npz", arrays.getvalue())
 
 
 def _gather_boxes(folder: Path) -> None:

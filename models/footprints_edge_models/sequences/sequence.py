@@ -16,6 +16,7 @@ from PIL import Image
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
+from footprints_edge_models.floor_map import Frame
 from footprints_edge_models.stereo import stereo_depth_m
 
 LEAST_HITS = 2
@@ -121,6 +122,14 @@ class SequenceFrame:
     depth: Source
     ground: Source | None = None
     flow: Flow | None = None
+
+    def measured(self) -> Frame:
+        """The frame's depth with its pose, the camera in pixels of the depth; reads the depth."""
+        depth_m = self.depth.read()
+        size, camera = (depth_m.shape[0], depth_m.shape[1]), self.intrinsics
+        if size != self.image_size():
+            camera = camera.scaled(self.image_size(), size)
+        return Frame(depth_m, camera, self.camera_to_world)
 
     def image_size(self) -> tuple[int, int]:
         """(H, W) of the picture; reads its header only."""
