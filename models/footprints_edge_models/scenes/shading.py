@@ -23,7 +23,7 @@ from .vectors import vector
 
 Floats = NDArray[np.float32]
 
-SUPERSAMPLING = 1.25
+SUPERSAMPLING = 1.1
 """Colours are computed at this many pixels for each of the picture's, along each side."""
 LEVELS = 6
 LEAST_MIRRORED = 0.035

@@ -41,11 +41,16 @@ def noise(rng: Rng, roughness: float, stretch: float = 1.0, side: int = SIDE_PX)
         stretch: above 1 drawn out along y, below 1 along x.
         side: pixels.
     """
+    white = np.fft.rfft2(rng.standard_normal((side, side), dtype=np.float32))
+    grey = np.fft.irfft2(white * _falloff(roughness, stretch, side), s=(side, side))
+    return _kept(grey / max(float(grey.std()), 1e-9))
+
+
+@lru_cache(maxsize=100)
+def _falloff(roughness: float, stretch: float, side: int) -> Texture:
     frequencies = np.fft.fftfreq(side)[:, None] ** 2 + (np.fft.rfftfreq(side) * stretch) ** 2
     frequencies[0, 0] = np.inf
-    white = np.fft.rfft2(rng.normal(size=(side, side)).astype(np.float32))
-    grey = np.fft.irfft2(white / frequencies ** (roughness / 2), s=(side, side))
-    return _kept(grey / max(float(grey.std()), 1e-9))
+    return _kept(frequencies ** (-roughness / 2))
 
 
 def _kept(values: NDArray[Any]) -> Texture:
