@@ -12,6 +12,7 @@ import numpy as np
 import torch
 
 from .datasets import Dataset
+from .edge import focal_px_at
 from .losses import Targets
 from .views import View, render
 
@@ -47,11 +48,12 @@ def make_batch(
     rng = np.random.default_rng((seed, step))
     filled = [dataset for dataset in datasets.values() if dataset.train]
     shares = np.array([dataset.share for dataset in filled])
+    focal_px = focal_px_at(size)
     size = view_size(size, rng)
     views = []
     for choice in rng.choice(len(filled), count, p=shares / shares.sum()):
         samples = filled[choice].train
-        views.append(render(samples[rng.integers(len(samples))], size, rng))
+        views.append(render(samples[rng.integers(len(samples))], size, rng, focal_px))
     return stack(views)
 
 

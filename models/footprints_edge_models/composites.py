@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .samples import NO, UNKNOWN, YES, Sample
+from .samples import NO, TAKEN, UNKNOWN, YES, Sample
 
 CAMERA_HEIGHT_M = 1.5
 """Of the cars that took the photos: what turns rows into metres, for footprints only."""
@@ -232,5 +232,5 @@ def _ground_below(
     behind_m = distance_m - scale / np.maximum(lowest - photo.horizon_row, 1)
     ground = photo.sample.ground[window].copy()
     ground[mask & (ground == YES) & (behind_m < kind.longest_m)] = UNKNOWN
-    ground[mask & (behind_m < kind.solid_m)] = NO
+    ground[mask & (behind_m < kind.solid_m)] = TAKEN
     return ground

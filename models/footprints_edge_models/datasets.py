@@ -315,8 +315,8 @@ READERS: dict[str, Reader] = {
     "idd_lite": (lambda p: read_photos(p, IDD_LITE), _photo_split(5), 0.26),
     "camvid": (lambda p: read_photos(p / "train", CAMVID), _all_train, 0.18),
     "houses": (lambda p: read_photos(p, ADE20K), _photo_split(20), 0.24),
-    "hololens_office": (read_rgbd_clip, _whole_clip_split, 0.15),
-    "seven_scenes_kitchen": (read_rgbd_clip, _whole_clip_split, 0.07),
+    "hololens_office": (read_rgbd_clip, _whole_clip_split, 0.18),
+    "seven_scenes_kitchen": (read_rgbd_clip, _whole_clip_split, 0.09),
     "kitti_grey_stereo": (read_stereo_clip, _whole_clip_split, 0.10),
     "kitti_raw": (lambda p: read_published(p, read_kitti_training), _whole_clip_split, 0.15),
     "matterport_raw": (

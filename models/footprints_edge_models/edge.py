@@ -15,12 +15,23 @@ import torch
 import torch.nn.functional as F
 from torch import nn
 
+from footprints_edge.preprocessing import BUDGET_PX
+
 from .lite0 import FEATURE_CHANNELS, Lite0Encoder, imagenet_classifier
 from .maps import MAX_DEPTH_M, MIN_DEPTH_M, depth_to_disparity
 
 DECODER_CHANNELS = (128, 64, 48, 32)
 FOCAL_PX = 400.0
 """Focal length, in pixels of the network's input, of the canonical camera its depths are for."""
+
+
+def focal_px_at(size: tuple[int, int]) -> float:
+    """The canonical focal length while pictures of another base size (H, W) are trained on.
+
+    Small pictures are those of the same camera with fewer pixels, so that what is learned on them
+    holds on large ones.
+    """
+    return FOCAL_PX * math.sqrt(size[0] * size[1] / BUDGET_PX)
 
 
 class UpStage(nn.Module):

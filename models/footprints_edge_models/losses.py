@@ -13,6 +13,8 @@ from .maps import disparity_to_depth_m
 
 LAMBDA = 0.25
 """The prior of eq. 3c: how strongly unknown pixels are held to be untraversable."""
+FOOTPRINT_WEIGHT = 3.0
+"""Of eq. 3b where a thing's footprint is known: few pixels, and the ones that a path must avoid."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,7 @@ class Targets:
         visible_ground: 1 where the surface seen is walkable, 0 where not.
         visible_ground_known: 1 where ``visible_ground`` is a label, 0 where it is void.
         ground: 1 on pixels known to be traversable, seen or hidden.
-        untraversable: 1 on pixels known not to be.
+        untraversable: weight of eq. 3b on pixels known not to be, 0 on others.
         prior: weight of eq. 3c on the remaining pixels: the paper's lambda where a video was
             watched and saw no ground there, 0 where nothing is known.
         moving: 1 on moving objects (the paper's 1 - mu), whose hidden ground is not learned.
@@ -62,7 +64,7 @@ def ground_loss(logit: torch.Tensor, targets: Targets) -> torch.Tensor:
     """Eq. 3 over the three pixel sets of S*, scalar."""
     loss = F.binary_cross_entropy_with_logits(logit, targets.ground, reduction="none")
     decided = torch.maximum(targets.ground, targets.untraversable)
-    weight = decided * (1 - targets.moving) + (1 - decided) * targets.prior
+    weight = decided * (1 - targets.moving) + (decided == 0) * targets.prior
     return (loss * weight).mean()
 
 

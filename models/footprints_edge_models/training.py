@@ -152,6 +152,7 @@ def train(
     start = _resume(run, recipe, network, average, optimizer)
     sizes = recipe.sizes()
     network.train()
+    _keep_statistics(network.encoder)
     for step, (image, targets) in enumerate(
         batches(datasets, sizes, recipe.batch, recipe.seed, start), start
     ):
@@ -191,7 +192,7 @@ def ablated(targets: Targets, recipe: Recipe) -> Targets:
     """The targets without what a recipe leaves out (the paper's Table 2), and with its prior."""
     untraversable, prior = targets.untraversable, targets.prior * (recipe.prior / LAMBDA)
     if not recipe.untraversable:
-        prior = torch.maximum(prior, recipe.prior * untraversable)
+        prior = torch.maximum(prior, recipe.prior * (untraversable > 0))
         untraversable = torch.zeros_like(untraversable)
     moving = targets.moving if recipe.moving else torch.zeros_like(targets.moving)
     return replace(targets, untraversable=untraversable, prior=prior, moving=moving)
@@ -203,6 +204,16 @@ def _starting_network(recipe: Recipe) -> EdgeNetwork:
     network = EdgeNetwork()
     load_weights(network, read_checkpoint(Path(recipe.start)), recipe.start)
     return network
+
+
+def _keep_statistics(encoder: nn.Module) -> None:
+    """Batch norms use the statistics they have: those of a mix of sources are no better.
+
+    What int8 folds into the weights is then what was trained, and a step on a CPU is much faster.
+    """
+    for module in encoder.modules():
+        if isinstance(module, nn.BatchNorm2d):
+            module.eval()
 
 
 def _moving_average(

@@ -9,6 +9,7 @@ from torch import nn
 
 from .batches import stack
 from .datasets import Dataset
+from .edge import focal_px_at
 from .maps import disparity_to_depth_m
 from .samples import Sample
 from .views import render
@@ -39,7 +40,7 @@ def validate(network: nn.Module, samples: Sequence[Sample], size: tuple[int, int
     device = next(network.parameters()).device
     pixels = np.zeros(9)
     for sample in samples:
-        image, targets = stack([render(sample, size)])
+        image, targets = stack([render(sample, size, focal_px=focal_px_at(size))])
         targets = targets.to(device)
         raw = network(image.to(device))
         visible, ground = raw[:, 0] > 0, raw[:, 1] > 0

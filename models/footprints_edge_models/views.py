@@ -3,7 +3,7 @@
 Crop, zoom, flip and roll are one thing here, a virtual camera at the same place that looks in a
 random direction with a random focal length. Its picture is a homography of the original, and the
 distance along its optical axis follows exactly, so metric depth survives every augmentation.
-Depths are converted to the canonical camera (``FOCAL_PX``) on the way out.
+Depths are converted to the canonical camera on the way out.
 """
 
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from footprints_edge.geometry import Intrinsics, rays
 
 from .edge import FOCAL_PX
-from .losses import LAMBDA
+from .losses import FOOTPRINT_WEIGHT, LAMBDA
 from .maps import MAX_DEPTH_M, MIN_DEPTH_M
-from .samples import NO, UNKNOWN, UNSEEN, YES, Sample
+from .samples import NO, TAKEN, UNKNOWN, UNSEEN, YES, Sample
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,20 @@ def covering_camera(
     return VirtualCamera(intrinsics, rolled, rng is not None and rng.random() < 0.5)
 
 
-def render(sample: Sample, size: tuple[int, int], rng: np.random.Generator | None = None) -> View:
-    """The view of a random virtual camera with jittered colours; central and plain without rng."""
+def render(
+    sample: Sample,
+    size: tuple[int, int],
+    rng: np.random.Generator | None = None,
+    focal_px: float = FOCAL_PX,
+) -> View:
+    """The view of a random virtual camera with jittered colours; central and plain without rng.
+
+    Args:
+        sample: what to look at.
+        size: (h, w) of the view.
+        rng: decides where to look; without, at the middle.
+        focal_px: of the canonical camera that depths are given for.
+    """
     view = covering_camera(sample, size, rng)
     target, source = view.intrinsics, sample.intrinsics
     homography = source.matrix @ view.rotation.T @ np.linalg.inv(target.matrix)
@@ -102,7 +114,7 @@ def render(sample: Sample, size: tuple[int, int], rng: np.random.Generator | Non
 
     # depth' = depth / w_z, with w the view's ray turned into the original camera (z' = 1)
     turned_z = rays(target, size) @ view.rotation[:, 2]
-    to_canonical = FOCAL_PX / target.focal_px / (turned_z[:, ::-1] if view.flip else turned_z)
+    to_canonical = focal_px / target.focal_px / (turned_z[:, ::-1] if view.flip else turned_z)
 
     def canonical(depth_m: NDArray[np.float16] | None) -> NDArray[np.float32]:
         if depth_m is None:
@@ -121,7 +133,7 @@ def render(sample: Sample, size: tuple[int, int], rng: np.random.Generator | Non
         (visible == YES).astype(np.float32),
         (visible != UNKNOWN).astype(np.float32),
         (ground == YES).astype(np.float32),
-        (ground == NO).astype(np.float32),
+        (ground == NO).astype(np.float32) + FOOTPRINT_WEIGHT * (ground == TAKEN),
         LAMBDA * (ground == UNSEEN).astype(np.float32),
         moving.astype(np.float32),
         canonical(sample.visible_depth_m),

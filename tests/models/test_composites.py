@@ -12,7 +12,7 @@ from footprints_edge_models.composites import (
     cut_out,
     set_down,
 )
-from footprints_edge_models.samples import NO, UNKNOWN, YES, Sample
+from footprints_edge_models.samples import NO, TAKEN, UNKNOWN, YES, Sample
 
 SIZE = (200, 300)
 HORIZON = 80
@@ -90,7 +90,7 @@ def test_what_it_covers_is_hidden_ground_and_its_feet_are_a_footprint(composed):
         )
     on_road = thing & (rows >= HORIZON)
     ground = result.sample.ground
-    assert (ground[on_road & (behind_m < 0.3)] == NO).all()
+    assert (ground[on_road & (behind_m < 0.3)] == TAKEN).all()
     assert (ground[on_road & (behind_m > 1.0)] == YES).all()
     assert (ground[on_road & (behind_m > 1.0)] == YES).sum() > 50
     assert (ground[thing & (rows < HORIZON)] == NO).all()  # the sky stays what it was

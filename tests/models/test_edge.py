@@ -8,7 +8,12 @@ import pytest
 import torch
 from PIL import Image
 
-from footprints_edge_models.edge import EdgeNetwork, pretrained_edge_network
+from footprints_edge_models.edge import (
+    FOCAL_PX,
+    EdgeNetwork,
+    focal_px_at,
+    pretrained_edge_network,
+)
 from footprints_edge_models.lite0 import FEATURE_CHANNELS, imagenet_classifier
 from footprints_edge_models.maps import disparity_to_depth_m
 
@@ -110,3 +115,9 @@ def test_the_network_to_train_starts_from_the_imagenet_encoder():
     torch.testing.assert_close(
         features[-1], classifier.encoder((levels - 127) / 128)[-1], rtol=1e-3, atol=1e-3
     )
+
+
+def test_a_smaller_picture_is_one_of_the_same_camera():
+    assert focal_px_at((256, 448)) == pytest.approx(FOCAL_PX)
+    assert focal_px_at((448, 256)) == pytest.approx(FOCAL_PX)
+    assert focal_px_at((128, 224)) == pytest.approx(FOCAL_PX / 2)

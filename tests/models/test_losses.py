@@ -122,6 +122,13 @@ def test_ground_weighs_its_three_pixel_sets():
     assert found["ground"].item() == pytest.approx(expected, abs=1e-6)
 
 
+def test_a_footprint_counts_three_times_and_leaves_no_room_for_the_prior():
+    logits = torch.full((1, 2), math.log(3))  # probability 0.75
+    targets = with_targets(1, 1, 2, untraversable=[[[1, 3]]], prior=[[[0.25, 0.25]]])
+    found = losses(raw_with(1, logits), targets)["ground"]
+    assert found.item() == pytest.approx(-4 * math.log(0.25) / 2, abs=1e-6)
+
+
 def test_the_moving_mask_silences_decided_pixels_and_not_the_prior():
     logits = torch.full((1, 3), math.log(3))
     raw = raw_with(1, logits).requires_grad_()

@@ -298,6 +298,7 @@ def one_pixel(**known):
         # eq. 3a, 3b and 3c on one pixel of probability 0.8, each as published and switched
         ({}, {"untraversable": 1.0}, 0.8, -math.log(0.2)),
         ({"untraversable": False}, {"untraversable": 1.0}, 0.8, -0.25 * math.log(0.2)),
+        ({"untraversable": False}, {"untraversable": 3.0}, 0.8, -0.25 * math.log(0.2)),
         ({}, {"prior": 0.25}, 0.8, -0.25 * math.log(0.2)),
         ({"prior": 0.0}, {"prior": 0.25}, 0.8, 0.0),
         ({"prior": 1.0}, {"prior": 0.25}, 0.8, -math.log(0.2)),

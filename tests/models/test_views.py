@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from footprints_edge.geometry import Intrinsics
 from footprints_edge_models import views
 from footprints_edge_models.edge import FOCAL_PX
-from footprints_edge_models.samples import NO, UNKNOWN, UNSEEN, YES, Sample
+from footprints_edge_models.samples import NO, TAKEN, UNKNOWN, UNSEEN, YES, Sample
 from footprints_edge_models.views import covering_camera, render
 
 SIZE = (90, 160)
 CAMERA = Intrinsics(150.0, 170.0, 83.0, 41.0)
-LABELS = np.array([NO, YES, UNSEEN, UNKNOWN], np.uint8)
+LABELS = np.array([NO, YES, UNSEEN, UNKNOWN, TAKEN], np.uint8)
 
 seeds = st.integers(0, 2**32 - 1)
 view_sizes = st.sampled_from([(64, 96), (96, 64), (64, 64), (128, 224)])
@@ -32,11 +32,13 @@ def plane_sample(normal, offset_m, rng):
     """A picture of the plane normal . x = offset_m, random labels in blocks, smooth colours."""
     facing = own_rays(CAMERA, SIZE) @ normal
     depth_m = (offset_m / facing).astype(np.float16)
-    blocks = rng.integers(0, 4, (SIZE[0] // 10, SIZE[1] // 10)).repeat(10, 0).repeat(10, 1)
+    blocks = (
+        rng.integers(0, len(LABELS), (SIZE[0] // 10, SIZE[1] // 10)).repeat(10, 0).repeat(10, 1)
+    )
     rows, columns = np.mgrid[: SIZE[0], : SIZE[1]]
     image = np.stack([rows, columns, rows + columns], -1).astype(np.uint8)
     visible = LABELS[blocks]
-    visible[visible == UNSEEN] = NO
+    visible[(visible == UNSEEN) | (visible == TAKEN)] = NO
     return Sample(
         "plane",
         image,
@@ -103,7 +105,7 @@ def test_labels_move_with_their_pixels(seed, size):
         (view.visible_ground, visible == YES),
         (view.visible_ground_known, visible != UNKNOWN),
         (view.ground, ground == YES),
-        (view.untraversable, ground == NO),
+        (view.untraversable, (ground == NO) + 3.0 * (ground == TAKEN)),
         (view.prior, 0.25 * (ground == UNSEEN)),
     ):
         np.testing.assert_array_equal(unflipped(found, camera)[sure], expected[sure])

@@ -6,10 +6,10 @@ from typing import overload
 
 import numpy as np
 
-from footprints_edge_models.samples import NO, UNSEEN, YES, Sample
+from footprints_edge_models.samples import NO, TAKEN, UNSEEN, YES, Sample
 
 from .files import SceneFilesError, read_scene, read_settings, scene_names
-from .truth import BEHIND_WALL, GROUND_ANYWHERE, VISIBLE_GROUND
+from .truth import BEHIND_WALL, FOOTPRINT, GROUND_ANYWHERE, VISIBLE_GROUND
 
 MOST_BEHIND_WALL_M = 1.0
 """Ground farther than this behind a wall or a house cannot be told from the picture: there it is
@@ -61,6 +61,7 @@ def read_sample(folder: Path, name: str) -> Sample:
     made = read_scene(folder, name)
     truth = made.truth
     ground = np.where(truth.bits & GROUND_ANYWHERE > 0, YES, NO).astype(np.uint8)
+    ground[truth.bits & FOOTPRINT > 0] = TAKEN
     gap_m = truth.ground_depth_m - truth.visible_depth_m
     ground[(truth.bits & BEHIND_WALL > 0) & (gap_m > MOST_BEHIND_WALL_M)] = UNSEEN
     return Sample(

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from footprints_edge_models.cli import app
 from footprints_edge_models.datasets import DatasetError, load_datasets
-from footprints_edge_models.samples import NO, UNSEEN, YES
+from footprints_edge_models.samples import NO, TAKEN, UNSEEN, YES
 from footprints_edge_models.scenes.dataset import MOST_BEHIND_WALL_M, read_scenes
 from footprints_edge_models.scenes.files import (
     SceneFilesError,
@@ -22,7 +22,12 @@ from footprints_edge_models.scenes.files import (
 from footprints_edge_models.scenes.generate import make_scene
 from footprints_edge_models.scenes.make import make_scenes
 from footprints_edge_models.scenes.textures import KINDS, TextureKey, TextureLibrary, photo_split
-from footprints_edge_models.scenes.truth import BEHIND_WALL, GROUND_ANYWHERE, VISIBLE_GROUND
+from footprints_edge_models.scenes.truth import (
+    BEHIND_WALL,
+    FOOTPRINT,
+    GROUND_ANYWHERE,
+    VISIBLE_GROUND,
+)
 
 SIZE = (96, 160)
 
@@ -111,6 +116,7 @@ def test_samples_say_what_is_known(folder):
         far = (truth.bits & BEHIND_WALL > 0) & (gap_m > MOST_BEHIND_WALL_M)
         assert ((sample.ground == UNSEEN) == far).all()
         known = truth.bits & GROUND_ANYWHERE > 0
+        assert ((sample.ground == TAKEN) == ((truth.bits & FOOTPRINT > 0) & ~far)).all()
         assert ((sample.ground == YES) == (known & ~far)).all()
         assert ((sample.ground_depth_m > 0) == (sample.ground == YES)).all()
         assert not ((sample.visible_ground == YES) & (sample.ground != YES)).any()
