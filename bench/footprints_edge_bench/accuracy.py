@@ -221,7 +221,7 @@ def _provenance(settings: Mapping[str, Any], failures: Mapping[str, str]) -> str
     return "\n".join(lines)
 
 
-_OPTIONS = ("frames", "every", "walkable", "void")
+_OPTIONS = ("frames", "held_out", "every", "walkable", "void")
 
 
 def _csv(benchmark: Benchmark, results: Results, order: Sequence[str]) -> str:

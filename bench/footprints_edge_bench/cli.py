@@ -53,6 +53,12 @@ def accuracy(
     frames: Annotated[
         str, typer.Option(metavar="A:B", help="Part of each dataset; 0.8:1 is the last fifth.")
     ] = "0:1",
+    held_out: Annotated[
+        bool,
+        typer.Option(
+            "--held-out", help="Only what fp-train edge holds out of datasets it knows by name."
+        ),
+    ] = False,
     every: Annotated[int, typer.Option(min=1, help="Score every so manieth image only.")] = 1,
     boxes: Annotated[
         Path | None, typer.Option(help="JSON of oriented boxes, for the box baseline.")
@@ -87,12 +93,13 @@ def accuracy(
         if voxels is not None and not voxels.is_dir():
             raise typer.BadParameter(f"--voxels {voxels} is no folder")
         benchmark = Benchmark(
-            open_datasets(data, reading, Part.parse(frames, every)),
+            open_datasets(data, reading, Part.parse(frames, every, held_out=held_out)),
             name_models([load(name) for name in model] if model else [load()]),
             Extras({} if boxes is None else read_boxes(boxes), boxes, voxels),
             {
                 "frames": frames,
                 "every": every,
+                "held_out": held_out,
                 "walkable": list(reading.walkable),
                 "void": list(reading.void),
             },

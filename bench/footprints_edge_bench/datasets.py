@@ -61,14 +61,16 @@ class Part:
         begin: the first one, as a share of all.
         end: the one after the last, likewise.
         every: every so manieth of these.
+        held_out: only those that ``fp-train edge`` holds out of a dataset that it knows by name.
     """
 
     begin: Fraction = Fraction(0)
     end: Fraction = Fraction(1)
     every: int = 1
+    held_out: bool = False
 
     @classmethod
-    def parse(cls, text: str, every: int = 1) -> "Part":
+    def parse(cls, text: str, every: int = 1, *, held_out: bool = False) -> "Part":
         """From text such as ``0.8:1``, the last fifth.
 
         Raises:
@@ -76,15 +78,19 @@ class Part:
         """
         begin, colon, end = text.partition(":")
         try:
-            part = cls(Fraction(begin or 0), Fraction(end or 1), every)
+            part = cls(Fraction(begin or 0), Fraction(end or 1), every, held_out)
         except (ValueError, ZeroDivisionError):
             colon = ""
         if not colon or not 0 <= part.begin < part.end <= 1:
             raise TruthError(f"a part {text!r}: give shares of the images, such as 0.8:1")
         return part
 
-    def of(self, items: tuple[Item, ...]) -> tuple[Item, ...]:
-        """The items of this part."""
+    def of(self, dataset: str, items: tuple[Item, ...]) -> tuple[Item, ...]:
+        """The items of this part of a dataset."""
+        if self.held_out:
+            from footprints_edge_models.datasets import held_out
+
+            items = tuple(held_out(dataset, items))
         begin, end = (int(share * len(items)) for share in (self.begin, self.end))
         return items[begin : end : self.every]
 
@@ -98,11 +104,13 @@ def open_dataset(folder: Path, reading: Reading, part: Part) -> Dataset:
     for name, kind in KINDS.items():
         if folder.is_dir() and kind.recognises(folder):
             title = folder.resolve().name
-            items = part.of(tuple(kind.read(folder, reading)))
+            named = (
+                replace(item, name=f"{title}/{item.name}") for item in kind.read(folder, reading)
+            )
+            items = part.of(title, tuple(named))
             if not items:
                 raise TruthError(f"{folder}: no image is left in the part that is asked for")
-            named = (replace(item, name=f"{title}/{item.name}") for item in items)
-            return Dataset(title, name, tuple(named))
+            return Dataset(title, name, items)
     raise TruthError(
         f"{folder}: no truth of a known kind; it needs sequence.json, scenes.json, *_combined.png "
         "(KITTI), *_groundtruth.npy (Matterport), or images/ and labels/ (docs/accuracy.md)"

@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +59,17 @@ COMPOSITES_SEED = 0
 
 Samples = Sequence[Sample]
 """In memory, or decoded when one is drawn."""
+
+
+class Named(Protocol):
+    """What can be told apart by name."""
+
+    @property
+    def name(self) -> str:
+        """Dataset and frame."""
+
+
+NamedT = TypeVar("NamedT", bound=Named)
 
 
 class DatasetError(FootprintsError):
@@ -276,13 +288,30 @@ def _label_ids(path: Path, size: tuple[int, int] | None) -> NDArray[np.uint8]:
     return ids
 
 
-def _last_split(samples: Samples) -> tuple[Samples, Samples]:
+class Split(Protocol):
+    """Tells what is trained on from what is held out."""
+
+    def __call__(self, samples: Sequence[NamedT], /) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
+        """Both, in order."""
+
+
+def held_out(dataset: str, items: Sequence[NamedT]) -> Sequence[NamedT]:
+    """What :func:`load_datasets` holds out of a dataset; all of one that it does not know.
+
+    Args:
+        dataset: name of its folder.
+        items: all of it in order, named as its samples are: the folder's name, a slash, the file's.
+    """
+    return READERS[dataset][1](items)[1] if dataset in READERS else items
+
+
+def _last_split(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
     """The last fiftieth, at most 100: made scenes are all different."""
     cut = len(samples) - min(100, len(samples) // 50)
     return samples[:cut], samples[cut:]
 
 
-def _whole_clip_split(samples: Samples) -> tuple[Samples, Samples]:
+def _whole_clip_split(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
     """The last fifth of a clip is held out, and a twentieth before it left out.
 
     Neighbouring frames are alike.
@@ -290,23 +319,21 @@ def _whole_clip_split(samples: Samples) -> tuple[Samples, Samples]:
     return samples[: len(samples) * 3 // 4], samples[len(samples) * 4 // 5 :]
 
 
-def _photo_split(one_in: int) -> "Split":
+def _photo_split(one_in: int) -> Split:
     """One of so many, by a checksum of the name up to its last underscore (a drive, a house)."""
 
-    def held_out(sample: Sample) -> bool:
+    def is_held_out(sample: Named) -> bool:
         return zlib.crc32(sample.name.rsplit("_", 1)[0].encode()) % one_in == 0
 
-    def split(samples: Samples) -> tuple[Samples, Samples]:
-        return [s for s in samples if not held_out(s)], [s for s in samples if held_out(s)]
+    def split(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
+        return [s for s in samples if not is_held_out(s)], [s for s in samples if is_held_out(s)]
 
     return split
 
 
-def _all_train(samples: Samples) -> tuple[Samples, Samples]:
+def _all_train(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
     return samples, []
 
-
-Split = Callable[[Samples], tuple[Samples, Samples]]
 
 Reader = tuple[Callable[[Path], Iterator[Sample] | Samples], Split, float]
 """Reader, split, and the share of training pictures drawn from it."""

@@ -11,6 +11,7 @@ from footprints_edge.geometry import Intrinsics
 from footprints_edge_bench.convex_hull import convex_hull
 from footprints_edge_bench.datasets import Part, Reading, open_dataset, open_datasets
 from footprints_edge_bench.truth import Dataset, TruthError
+from footprints_edge_models.datasets import load_datasets
 
 SIZE = (120, 160)
 ALL = Part()
@@ -275,3 +276,23 @@ def test_the_shared_clips_are_recognised(shared, name):
     assert isinstance(dataset, Dataset)
     total = len(json.loads((shared / "data" / name / "sequence.json").read_text())["frames"])
     assert len(dataset.items) == math.ceil(total / 5)
+
+
+def test_held_out_photos_are_those_that_training_holds_out(tmp_path):
+    folder = tmp_path / "idd_lite"
+    for part in ("images", "labels"):
+        (folder / part).mkdir(parents=True)
+    for drive in range(12):
+        for frame in range(3):
+            name = f"{drive}_{frame}"
+            Image.new("RGB", (64, 32)).save(folder / "images" / f"{name}.jpg")
+            Image.new("L", (64, 32)).save(folder / "labels" / f"{name}.png")
+    photos = Reading(walkable=(0,))
+    part = Part.parse("0:1", held_out=True)
+    found = {item.name for item in open_dataset(folder, photos, part).items}
+    trained_on = load_datasets(tmp_path)["idd_lite"].train
+    names = {item.name for item in open_dataset(folder, photos, ALL).items}
+    assert found == names - {sample.name for sample in trained_on}
+    assert 0 < len(found) < len(names)
+    unknown = folder.rename(tmp_path / "photos")
+    assert len(open_dataset(unknown, photos, part).items) == len(names)

@@ -22,9 +22,11 @@ _CLASS_OF = {
     "desk": "table", "television": "tvs", "cabinet": "furniture", "shelf": "furniture",
     "counter": "furniture", "fridge": "furniture", "machine": "furniture",
 }  # fmt: skip
-VOXEL_M = {"rooms": 0.1, "street": 0.2}
-FARTHEST_M = {"rooms": 12.0, "street": 36.0}
-HIGHEST_M = 3.4
+VOXEL_M = 0.08
+SHAPE = (60, 60, 36)
+"""SSCNet's own volume, in the voxels that it gives out: 4.8 m across, 4.8 m ahead, 2.88 m high."""
+BELOW_FOOT_M = 0.4
+"""How far the volume reaches below the ground under the camera: kerbs and slopes lead down, too."""
 
 
 @dataclass(frozen=True)
@@ -45,56 +47,60 @@ class Voxels:
 
 
 def voxels_of(scene: Scene, geometry: Geometry, camera: Camera) -> Voxels:
-    """Fills the part of the world that the camera may see; things go before the floor.
+    """Fills the volume in front of the camera; things go before the floor.
 
-    A voxel belongs to a convex part if its centre lies within a third of a voxel of it, to any
-    other part if a corner of one of its triangles lies in it.
+    The grid's axes point right, ahead and up from the ground below the camera. A voxel belongs to a
+    convex part if its centre lies within a third of a voxel of it, to any other part if a corner of
+    one of its triangles lies in it.
     """
-    voxel_m, reach_m = VOXEL_M[scene.kind], FARTHEST_M[scene.kind]
-    low, high = _seen_range(camera, reach_m)
-    shape = np.ceil((high - low) / voxel_m).astype(int)
-    labels = np.zeros(shape, np.uint8)
-    _lay_floor(labels, geometry, low, voxel_m)
+    camera_to_grid = _camera_to_grid(geometry, camera)
+    low = np.array([-SHAPE[0] * VOXEL_M / 2, 0, -BELOW_FOOT_M])
+    world_to_camera = camera.rotation.T
+    turned = (geometry.corners - camera.position_m) @ world_to_camera.T
+    corners = (turned @ camera_to_grid[:3, :3].T + camera_to_grid[:3, 3] - low) / VOXEL_M
+    labels = np.zeros(SHAPE, np.uint8)
+    _lay_floor(labels, corners[geometry.thing == GROUND])
     order = np.argsort(geometry.part, kind="stable")
     starts = np.searchsorted(geometry.part[order], np.arange(int(geometry.part.max()) + 2))
     number = len(scene.ground)
     for thing in scene.things:
         label = CLASSES.index(_CLASS_OF.get(thing.label, "objects"))
         for part in thing.parts:
-            corners = geometry.corners[order[starts[number] : starts[number + 1]]]
+            at = corners[order[starts[number] : starts[number + 1]]]
             number += 1
-            at = (corners - low) / voxel_m
             least, most = at.reshape(-1, 3).min(axis=0), at.reshape(-1, 3).max(axis=0)
-            if (most < 0).any() or (least > shape).any():
+            if (most < 0).any() or (least > SHAPE).any():
                 continue
             _fill(labels, at, label, convex=part.shape.convex)
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = camera.rotation, camera.position_m
-    return Voxels(labels, low, voxel_m, matrix)
+    return Voxels(labels, low, VOXEL_M, camera_to_grid)
 
 
-def _seen_range(camera: Camera, reach_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    _, directions = camera.rays((8, 8))
-    directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    ends = camera.position_m + directions * reach_m
-    points = np.vstack([ends, camera.position_m[None]])
-    low, high = points.min(axis=0) - 0.5, points.max(axis=0) + 0.5
-    foot = camera.position_m[2]
-    low[2], high[2] = foot - 3.5, foot + HIGHEST_M
-    return low, high
-
-
-def _lay_floor(
-    labels: NDArray[np.uint8], geometry: Geometry, low: NDArray[np.float64], voxel_m: float
-) -> None:
+def _camera_to_grid(geometry: Geometry, camera: Camera) -> NDArray[np.float64]:
+    down = np.array([[0, 0, -1]], np.float32)
     ground = Triangles(geometry.corners[geometry.thing == GROUND])
+    height_m = float(
+        ground.first_hits(camera.position_m[None].astype(np.float32), down).distance[0]
+    )
+    # Seen from straight above or below, the picture's upper edge tells what is ahead.
+    forward = camera.rotation[:, 2] - 0.01 * camera.rotation[:, 1]
+    ahead = np.array([forward[0], forward[1], 0]) / np.hypot(forward[0], forward[1])
+    world_to_grid = np.stack([np.cross(ahead, [0, 0, 1]), ahead, [0, 0, 1]])
+    matrix = np.eye(4)
+    matrix[:3, :3] = world_to_grid @ camera.rotation
+    matrix[2, 3] = height_m if np.isfinite(height_m) else 0
+    return matrix
+
+
+def _lay_floor(labels: NDArray[np.uint8], corners: NDArray[np.float64]) -> None:
+    """Labels the highest ground of each column; triangles (T, 3, 3) are in units of voxels."""
+    ground = Triangles(np.asarray(corners, dtype=np.float32))
     x, y = np.meshgrid(*(np.arange(n) for n in labels.shape[:2]), indexing="ij")
     columns = (x.ravel() + 0.5, y.ravel() + 0.5, np.full(x.size, labels.shape[2]))
-    points = np.asarray(np.column_stack(columns) * voxel_m + low, dtype=np.float32)
+    points = np.asarray(np.column_stack(columns), dtype=np.float32)
     down = np.tile(vector((0, 0, -1)), (len(points), 1))
     hits = ground.first_hits(points, down)
-    level = np.floor((points[:, 2] - hits.distance - low[2]) / voxel_m + 1e-4)
-    met = (hits.triangle >= 0) & (level >= 0) & (level < labels.shape[2])
+    level = np.floor(points[:, 2] - hits.distance + 1e-4)
+    met = (hits.triangle >= 0) & (level >= 0)
     labels[x.ravel()[met], y.ravel()[met], level[met].astype(int)] = CLASSES.index("floor")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from footprints_edge.geometry import rays
 from footprints_edge_models.cli import app
 from footprints_edge_models.datasets import DatasetError, load_datasets
 from footprints_edge_models.samples import NO, TAKEN, UNSEEN, YES
@@ -186,11 +187,14 @@ def test_boxes_and_voxels_are_what_the_bench_reads(apart):
         size = made.image.shape[:2]
         grid = read_voxels(apart / "voxels" / f"{name}.npz")
         depth_m, _ = grid.floor(made.intrinsics, size)
-        near = (made.truth.bits & VISIBLE_GROUND > 0) & (made.truth.visible_depth_m < 8)
+        visible_m = made.truth.visible_depth_m
+        # SSCNet's volume ends 2.4 m to the side of the camera and 4.8 m ahead
+        right = np.abs(rays(made.intrinsics, size)[..., 0])
+        near = (made.truth.bits & VISIBLE_GROUND > 0) & (visible_m * np.maximum(right, 0.6) < 2)
         both = near & np.isfinite(depth_m)
-        assert both.sum() > 0.7 * near.sum()
-        error = np.abs(depth_m[both] / made.truth.visible_depth_m[both] - 1)
-        assert np.median(error) < 0.12
+        assert both.sum() >= 0.9 * near.sum()
+        assert not np.isfinite(depth_m[visible_m > 6]).any()
+        assert np.abs(depth_m[both] / visible_m[both] - 1).mean() < 0.08
 
 
 def test_the_command_makes_goes_on_and_shows(tmp_path):
