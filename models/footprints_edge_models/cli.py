@@ -16,6 +16,8 @@ from footprints_edge.cli.endings import SOME_FAILED, complain, explained
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    import torch
+
     from footprints_edge_models.labels.job import FrameOutcome, LabelJob, Report
     from footprints_edge_models.sequences.sequence import Sequence
 
@@ -29,6 +31,18 @@ app = typer.Typer(
 )
 
 DEFAULT_STAGES = ("128x224:2400", "192x320:1600", "256x448:700")
+
+Data = Annotated[Path, typer.Argument(help="Folder of the datasets (see CONTRIBUTING.md).")]
+Stages = Annotated[
+    list[str],
+    typer.Option(metavar="HxW:STEPS", help="A size and how long; repeat for more stages."),
+]
+Batch = Annotated[int, typer.Option(min=1, help="Pictures a step.")]
+Seed = Annotated[int, typer.Option(help="Seed of weights and data.")]
+Start = Annotated[
+    Path | None, typer.Option(help="Weights to begin with; else an ImageNet encoder.")
+]
+Device = Annotated[str, typer.Option(help="cpu or cuda; cuda where there is one.")]
 
 
 class Ground(StrEnum):
@@ -61,17 +75,12 @@ def _root() -> None:
 
 @app.command()
 def edge(
-    data: Annotated[Path, typer.Argument(help="Folder of the datasets (see CONTRIBUTING.md).")],
+    data: Data,
     run: Annotated[Path, typer.Option(help="Folder of the run; an unfinished run goes on.")],
-    stage: Annotated[
-        list[str],
-        typer.Option(metavar="HxW:STEPS", help="A size and how long; repeat for more stages."),
-    ] = list(DEFAULT_STAGES),  # noqa: B006  (typer copies it)
-    batch: Annotated[int, typer.Option(min=1, help="Pictures a step.")] = 12,
-    seed: Annotated[int, typer.Option(help="Seed of weights and data.")] = 0,
-    start: Annotated[
-        Path | None, typer.Option(help="Weights to begin with; else an ImageNet encoder.")
-    ] = None,
+    stage: Stages = list(DEFAULT_STAGES),  # noqa: B006  (typer copies it)
+    batch: Batch = 12,
+    seed: Seed = 0,
+    start: Start = None,
     prior: Annotated[
         float, typer.Option(help="The paper's lambda: how much unknown pixels count (eq. 3c).")
     ] = 0.25,
@@ -81,20 +90,16 @@ def edge(
     moving: Annotated[
         bool, typer.Option(help="Leave the ground behind moving objects out, or not.")
     ] = True,
-    device: Annotated[str, typer.Option(help="cpu or cuda; cuda where there is one.")] = "auto",
+    device: Device = "auto",
 ) -> None:
     """Train the edge network on every dataset found below DATA; prints the path of its weights."""
     with explained("train"):
-        import torch
         from tqdm import tqdm
 
         from .datasets import load_datasets
-        from .training import Recipe, Stage, TrainingError, train
+        from .training import Recipe, Stage, train
 
-        if device == "auto":
-            device = "cuda" if torch.cuda.is_available() else "cpu"
-        if device != "cpu" and not (device.startswith("cuda") and torch.cuda.is_available()):
-            raise TrainingError(f"device {device!r}: here only cpu and, where there is one, cuda")
+        where = _device(device)
         recipe = Recipe(
             tuple(Stage.parse(text) for text in stage),
             batch=batch,
@@ -112,8 +117,57 @@ def edge(
                 bar.set_postfix(loss=f"{loss:.3f}", refresh=False)
                 bar.update(step - bar.n)
 
-            weights = train(datasets, recipe, run, device=torch.device(device), progress=progress)
+            weights = train(datasets, recipe, run, device=where, progress=progress)
         typer.echo(weights)
+
+
+@app.command()
+def ablations(
+    data: Data,
+    run: Annotated[Path, typer.Option(help="Folder of the runs; unfinished ones go on.")],
+    stage: Stages = ["128x224:600"],  # noqa: B006  (typer copies it)
+    batch: Batch = 12,
+    seed: Seed = 0,
+    start: Start = None,
+    device: Device = "auto",
+) -> None:
+    """Train the paper's ablations of the loss alike; prints tables of their held-out scores."""
+    with explained("train"):
+        from tqdm import tqdm
+
+        from .ablations import ABLATIONS, train_ablations
+        from .datasets import load_datasets
+        from .training import Recipe, Stage
+
+        where = _device(device)
+        recipe = Recipe(
+            tuple(Stage.parse(text) for text in stage),
+            batch=batch,
+            seed=seed,
+            start=None if start is None else str(start),
+        )
+        steps = len(recipe.sizes())
+        datasets = load_datasets(data)
+        with tqdm(total=len(ABLATIONS) * steps, unit="step", disable=None) as bar:
+
+            def progress(name: str, step: int, steps: int, loss: float) -> None:
+                bar.set_postfix_str(f"{name}, loss {loss:.3f}", refresh=False)
+                bar.update(list(ABLATIONS).index(name) * steps + step - bar.n)
+
+            tables = train_ablations(datasets, recipe, run, device=where, progress=progress)
+        typer.echo(tables)
+
+
+def _device(name: str) -> "torch.device":
+    import torch
+
+    from .training import TrainingError
+
+    if name == "auto":
+        name = "cuda" if torch.cuda.is_available() else "cpu"
+    if name != "cpu" and not (name.startswith("cuda") and torch.cuda.is_available()):
+        raise TrainingError(f"device {name!r}: here only cpu and, where there is one, cuda")
+    return torch.device(name)
 
 
 @app.command()

@@ -66,14 +66,19 @@ class EdgeNetwork(nn.Module):
 
     def forward(self, image: torch.Tensor) -> torch.Tensor:
         """Raw channels (B, 4, H, W), float32."""
+        x = self.head(self.features(image)).float()
+        x = F.interpolate(x, scale_factor=2, mode="bilinear")
+        return torch.cat([x[:, :2], log_depth_to_disparity(x[:, 2:])], dim=1)
+
+    def features(self, image: torch.Tensor) -> torch.Tensor:
+        """What the head sees, (B, 32, H/2, W/2)."""
         *skips, x = self.encoder((image * 255 - 127) / 128)
         for stage, skip in zip(self.stages, reversed(skips), strict=True):
             x = stage(x, skip)
-        x = F.interpolate(self.head(x).float(), scale_factor=2, mode="bilinear")
-        return torch.cat([x[:, :2], _log_depth_to_disparity(x[:, 2:])], dim=1)
+        return x  # type: ignore[no-any-return]
 
 
-def _log_depth_to_disparity(x: torch.Tensor) -> torch.Tensor:
+def log_depth_to_disparity(x: torch.Tensor) -> torch.Tensor:
     """Unbounded output to disparity: its sigmoid runs evenly through log metres."""
     span = math.log(MAX_DEPTH_M / MIN_DEPTH_M)
     return depth_to_disparity(MIN_DEPTH_M * torch.exp(span * torch.sigmoid(x)))

@@ -12,6 +12,7 @@ import torch
 from PIL import Image
 
 from footprints_edge.geometry import Intrinsics
+from footprints_edge_models.ablations import ABLATIONS
 from footprints_edge_models.checkpoint import load_weights, read_checkpoint
 from footprints_edge_models.datasets import Dataset
 from footprints_edge_models.edge import EdgeNetwork
@@ -317,3 +318,21 @@ def test_the_papers_ablations_are_switches(switch, known, probability, expected)
 def test_a_prior_is_a_share():
     with pytest.raises(TrainingError, match="between 0 and 1"):
         Recipe((Stage((32, 32), 1),), prior=1.5)
+
+
+def test_ablations_are_trained_alike_and_compared(tmp_path):
+    photos(tmp_path / "data", 60)
+    arguments = (
+        *("ablations", tmp_path / "data", "--run", tmp_path / "runs", "--stage", "32x32:1"),
+        *("--batch", 2, "--device", "cpu"),
+    )
+    done = fp_train(*arguments)
+    assert done.returncode == 0, done.stderr
+    rows = [line.split(" | ") for line in done.stdout.splitlines() if line.startswith("| ")]
+    assert rows[0] == ["|", "visible ground IoU", "ground IoU |"]  # photos tell no distance
+    assert [row[0] for row in rows[2:]] == [f"| {name}" for name in ABLATIONS]
+    recipes = [read_checkpoint(path)["recipe"] for path in tmp_path.glob("runs/*/last.pt")]
+    assert {recipe["prior"] for recipe in recipes} == {0.25, 0.0, 0.5, 1.0}
+    assert [recipe["untraversable"] for recipe in recipes].count(False) == 1
+    assert [recipe["moving"] for recipe in recipes].count(False) == 1
+    assert fp_train(*arguments).stdout == done.stdout
