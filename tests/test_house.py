@@ -83,17 +83,22 @@ def test_the_sources_are_found_and_their_imports_read():
 
 
 def test_the_runtime_imports_none_of_the_others_nor_what_they_need():
-    forbidden = {*PACKAGES, "torch", "onnx", "onnxscript", "cv2", "matplotlib", "tqdm"}
+    forbidden = {*PACKAGES, "torch", "onnx", "onnxscript", "matplotlib", "tqdm"}
     assert offenders("footprints_edge", forbidden - {"footprints_edge"}) == []
 
 
-def test_one_file_of_the_runtime_knows_onnxruntime():
+@pytest.mark.parametrize(("library", "file"), [("onnxruntime", "session"), ("cv2", "opencv")])
+def test_one_file_of_the_runtime_knows_each_large_library(library, file):
     users = {
         path.relative_to(PACKAGES["footprints_edge"]).as_posix()
         for path, name in imports("footprints_edge")
-        if name.split(".")[0] == "onnxruntime"
+        if name.split(".")[0] == library
     }
-    assert users == {"footprints_edge/session.py"}
+    assert users == {f"footprints_edge/{file}.py"}
+
+
+def test_opencv_is_imported_where_it_is_used():
+    assert offenders("footprints_edge", {"cv2"}, at_import_only=True) == []
 
 
 def test_models_import_neither_export_nor_bench():

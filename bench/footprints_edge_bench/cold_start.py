@@ -1,6 +1,7 @@
 """Cold start: fresh processes, from their start to files written, and what memory they take."""
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -71,6 +72,7 @@ class ColdStart:
         base: a process that imports numpy, onnxruntime and Pillow, and nothing else.
         infer: ``fp-infer`` on one photo, process start to file written.
         infer_against_base: times as long.
+        cpu_against_base: times as much processor time, which other programs disturb less.
         infer_peak_bytes: largest resident memory of any of those processes.
         steps_ms: median in a process of its own of import, load and first frame, by the model.
         steps_peak_bytes: the same processes' largest resident memory, by the model.
@@ -79,18 +81,21 @@ class ColdStart:
     base: Summary
     infer: Summary
     infer_against_base: Ratio
+    cpu_against_base: Ratio
     infer_peak_bytes: int
     steps_ms: Mapping[str, Mapping[str, float]]
     steps_peak_bytes: Mapping[str, int]
 
     def as_markdown(self) -> str:
         """Two sentences and a list."""
-        found = self.infer_against_base
+        found, cpu = self.infer_against_base, self.cpu_against_base
         lines = [
             f"`fp-infer` on one photo, process start to file written: p50 "
             f"{self.infer.p50_ms:.0f} ms, {found.value:.2f} ({found.low:.2f} to {found.high:.2f}) "
-            f'times as long as `python -c "{_BASE}"` ({self.base.p50_ms:.0f} ms); peak memory '
-            f"{self.infer_peak_bytes / 1e6:.0f} MB; {self.infer.n} processes each, in turns.",
+            f'times as long as `python -c "{_BASE}"` ({self.base.p50_ms:.0f} ms); '
+            f"{cpu.value:.2f} ({cpu.low:.2f} to {cpu.high:.2f}) times its processor time; "
+            f"peak memory {self.infer_peak_bytes / 1e6:.0f} MB; {self.infer.n} processes each, in "
+            "turns.",
             "",
         ]
         for model, steps in self.steps_ms.items():
@@ -135,12 +140,14 @@ def cold_start(models: Mapping[str, str], threads: int, processes: int) -> ColdS
             processes,
             warm_up=1,  # files are in the page cache then
             settle_ms=0,
+            cpu_clock=_children_cpu_s,
         )
     spans = ("import", "load", "first frame")
     return ColdStart(
         timed["base"].summary(),
         timed["infer"].summary(),
         ratio(timed["infer"].times_ms, timed["base"].times_ms),
+        ratio(timed["infer"].cpu_s, timed["base"].cpu_s),
         max(peaks_bytes),
         {
             name: {
@@ -151,6 +158,12 @@ def cold_start(models: Mapping[str, str], threads: int, processes: int) -> ColdS
         },
         {name: max(found[-1] for found in steps[name]) for name in models},
     )
+
+
+def _children_cpu_s() -> float:
+    """Seconds of processor time of all processes that this one has started and seen end."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def _python(*arguments: str) -> str:

@@ -10,14 +10,14 @@ from footprints_edge.arrays import Floats, Rgb, Size
 from footprints_edge.errors import FootprintsError, ImageError
 from footprints_edge.images import decode
 from footprints_edge.metadata import ModelMetadata
-from footprints_edge.preprocessing import preprocess
+from footprints_edge.preprocessing import enough_for, preprocess
 from footprints_edge.session import Session
 from footprints_edge.sources import expand
 from footprints_edge_bench.engines.contender import Contender, EngineError, Running, Setting
 from footprints_edge_bench.engines.opening import ENGINES, as_frame, open_contender
 from footprints_edge_bench.machine import Machine
 from footprints_edge_bench.made_photos import made_photo
-from footprints_edge_bench.network_files import EDGE, REFERENCE, STOCK
+from footprints_edge_bench.network_files import EDGE, REFERENCE, STOCK, outputs_of, part_of
 from footprints_edge_bench.timing import Ratio, Summary, Trials, measure, ratio
 
 PRESETS: dict[str, Size] = {
@@ -125,7 +125,8 @@ def contenders(
         for network, size in networks
         for engine, precisions in ENGINES.items()
         for precision in precisions
-        if network != EDGE or not precision.endswith(STOCK)  # its graph is not rewritten
+        # The edge network has one head, and its graph is not rewritten.
+        if network != EDGE or not (precision.endswith(STOCK) or "-scale" in precision)
     ]
     for model in models:
         session = Session(Path(model), threads=1)
@@ -195,15 +196,17 @@ def photos_by_size(folder: Path, rows: Sequence[Contender]) -> dict[Size, list[R
     """
     paths = [source.path for source in expand(str(folder), recursive=True) if source.path]
     step = max(1, -(-len(paths) // MOST_PHOTOS))
+    sizes = {row.size for row in rows}
+    largest = enough_for((max(h for h, _ in sizes), max(w for _, w in sizes)))
     photos = []
     for path in paths[::step]:
         try:
-            photos.append(decode(path).rgb)
+            photos.append(decode(path, lambda _: largest).pixels)
         except ImageError:
             continue
     if not photos:
         raise LatencyError(f"{folder}: none of its {len(paths)} pictures can be read")
-    return {row.size: [preprocess(photo, row.size) for photo in photos] for row in rows}
+    return {size: [preprocess(photo, size) for photo in photos] for size in sizes}
 
 
 def _measure_size(
@@ -223,8 +226,12 @@ def _measure_size(
     frames = {name: as_frame(each, images[0]) for name, each in running.items()}
     timed = measure(frames, trials, progress=progress)
     expected = {
-        network: _float_maps(network, setting, images)
-        for network in {contender.network for contender in group if contender.name in running}
+        (network, part): _float_maps(network, part, setting, images)
+        for network, part in {
+            (contender.network, part_of(contender.precision))
+            for contender in group
+            if contender.name in running
+        }
     }
     return [
         Row(contender, reason=reasons[contender.name])
@@ -234,7 +241,7 @@ def _measure_size(
             running[contender.name],
             timed[contender.name],
             images,
-            expected[contender.network],
+            expected[contender.network, part_of(contender.precision)],
         )
         for contender in group
     ]
@@ -247,12 +254,18 @@ def _row(
     images: Sequence[Rgb],
     expected: Sequence[Floats] | None,
 ) -> Row:
-    from footprints_edge_export.compare import compare_maps
+    from footprints_edge_export.compare import all_four, compare_maps
 
     accuracy = None
     if expected is not None:
-        maps = [running.run(image) for image in images]
-        accuracy = compare_maps(zip(expected, maps, strict=True)).as_dict()
+        outputs = outputs_of(contender.precision)
+        maps = [all_four(running.run(image), outputs) for image in images]
+        floats = [all_four(each, outputs) for each in expected]
+        accuracy = compare_maps(zip(floats, maps, strict=True)).as_dict()
+        if outputs == "masks":
+            accuracy["visible_depth_abs_rel"] = None
+        if outputs == "depths":
+            accuracy["ground_iou"] = None
     return Row(
         contender,
         precision=running.precision,
@@ -263,13 +276,15 @@ def _row(
     )
 
 
-def _float_maps(network: str, setting: Setting, images: Sequence[Rgb]) -> list[Floats] | None:
-    """Maps of a network's float file as exported; None where there is none to be had."""
+def _float_maps(
+    network: str, part: str, setting: Setting, images: Sequence[Rgb]
+) -> list[Floats] | None:
+    """Maps of a network's float file, as exported or of a part; None where none is to be had."""
     _, height, width, _ = images[0].shape
     if network not in (EDGE, REFERENCE):
         return None
     try:
-        session = Session(setting.files.onnx(network, (height, width), f"fp32{STOCK}"))
+        session = Session(setting.files.onnx(network, (height, width), f"fp32{part or STOCK}"))
     except FootprintsError:
         return None
     return [session.run(image) for image in images]

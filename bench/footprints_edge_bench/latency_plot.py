@@ -34,6 +34,8 @@ def draw(report: Report, path: Path) -> None:
     for row in report.rows:
         if row.summary is not None and row.accuracy is not None:
             height, width = row.contender.size
+            if row.accuracy["visible_depth_abs_rel"] is None:
+                continue
             panels.setdefault(f"{row.contender.network} {height}x{width}", []).append(row)
     figure = Figure(figsize=(4.2 * max(1, len(panels)), 4.4), layout="constrained")
     figure.suptitle(f"Network alone, {report.threads} thread(s), {report.machine.cpu}", fontsize=10)

@@ -4,6 +4,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from footprints_edge_bench.cold_start import ColdStart
 from footprints_edge_bench.end_to_end import EndToEnd
@@ -70,10 +71,12 @@ def _conditions(report: Report) -> str:
     return (
         f"One frame at a time, {report.threads} thread(s), onnxruntime's spinning "
         f"{report.spinning}; rows of one size timed in turns in random order, {report.trials} "
-        "rounds, warmed up apart. Every row takes the same bytes to the same four maps. Accuracy "
+        "rounds, warmed up apart. Every row takes the same bytes to the same four maps; those "
+        "named masks and depths to two of them, those named scale from a coarser head. Accuracy "
         f"is against the exported float32 in onnxruntime on {report.photos}: IoU of ground, mean "
         "relative error of the depth of what is seen. The reference network has random weights; "
-        "stock files are without our rewrites of the graph."
+        "stock files are without our rewrites of the graph; parts and coarser heads are compared "
+        "with float32 of the same."
     )
 
 
@@ -95,8 +98,8 @@ def _network_table(report: Report, rows: Sequence[Row]) -> str:
                 f"{s.cpu_s:.3f}",
                 _times_as_fast(report, row),
                 "-" if row.file_bytes is None else f"{row.file_bytes / 1e6:.1f}",
-                "-" if accuracy is None else f"{accuracy['ground_iou']:.4f}",
-                "-" if accuracy is None else f"{accuracy['visible_depth_abs_rel']:.2%}",
+                _figure(accuracy, "ground_iou", ".4f"),
+                _figure(accuracy, "visible_depth_abs_rel", ".2%"),
             ]
         )
     if not cells:
@@ -104,6 +107,10 @@ def _network_table(report: Report, rows: Sequence[Row]) -> str:
     baseline = report.baseline(rows[0].contender.size)
     note = "" if baseline is None else f"\n\nTimes as fast as: {baseline.name}."
     return table(_COLUMNS, cells, left=2) + note
+
+
+def _figure(accuracy: dict[str, Any] | None, key: str, form: str) -> str:
+    return "-" if accuracy is None or accuracy[key] is None else format(accuracy[key], form)
 
 
 def _times_as_fast(report: Report, row: Row) -> str:

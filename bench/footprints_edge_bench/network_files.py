@@ -28,6 +28,13 @@ if TYPE_CHECKING:
 CALIBRATION_PHOTOS = 10
 EDGE, REFERENCE = "edge", "reference"
 STOCK = "-stock"
+PARTS = {
+    "-masks": ("masks", 1),
+    "-depths": ("depths", 1),
+    "-scale2": ("all", 2),
+    "-scale4": ("all", 4),
+}
+"""What may stand behind a precision: the outputs and the scale that a file is converted with."""
 
 
 class NetworkFilesError(FootprintsError):
@@ -56,7 +63,8 @@ class NetworkFiles:
         Args:
             network: ``edge``, ``reference``, or a path.
             size: (H, W) of its input; the edge network takes any.
-            precision: ``fp32`` or ``int8``; with ``-stock`` behind it, without our rewrites.
+            precision: ``fp32`` or ``int8``; with ``-stock`` behind it, without our rewrites, with
+                a key of ``PARTS``, only that part.
 
         Raises:
             NetworkFilesError: it can be neither found nor made.
@@ -143,12 +151,24 @@ class NetworkFiles:
         if precision.endswith(STOCK):
             self._write_stock(folder, network, size, precision.removesuffix(STOCK))
             return
+        part = part_of(precision)
+        outputs, scale = PARTS.get(part, ("all", 1))
+        precision = precision.removesuffix(part)
         photos = folder / "photos"
         photos.mkdir()
         for index, photo in enumerate(_calibration_photos()):
             Image.fromarray(photo).save(photos / f"{index:02}.png")
         conversion = Conversion(
-            network, size, precision, (photos,), "x86-vnni", network, None, "for its speed only"
+            network,
+            size,
+            precision,
+            (photos,),
+            "x86-vnni",
+            network,
+            None,
+            "for its speed only",
+            outputs,
+            scale,
         )
         convert(self._checkpoint(network), folder / "model.onnx", conversion, overwrite=False)
         shutil.rmtree(photos)
@@ -172,6 +192,16 @@ class NetworkFiles:
         )
         images = self.calibration_images(size or (256, 448)) if precision == "int8" else []
         write_stock(self.network(network), metadata, size, images, folder / "model.onnx")
+
+
+def part_of(precision: str) -> str:
+    """The key of ``PARTS`` that a precision ends in, or nothing."""
+    return next((part for part in PARTS if precision.endswith(part)), "")
+
+
+def outputs_of(precision: str) -> str:
+    """Which maps a file has, a key of ``footprints_edge.metadata.OUTPUTS``."""
+    return PARTS[part][0] if (part := part_of(precision)) else "all"
 
 
 def default_folder() -> Path:

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 
 from footprints_edge.arrays import Rgb, Size
 from footprints_edge.images import decode
-from footprints_edge.preprocessing import preprocess
+from footprints_edge.preprocessing import enough_for, preprocess
 from footprints_edge_bench.engines.contender import Contender, EngineError, Running, Setting
 from footprints_edge_bench.engines.opening import as_frame, open_contender
 from footprints_edge_bench.latency import PRESETS
@@ -152,7 +152,7 @@ def _measure_preset(
     jpeg = made_jpeg(PICTURES[preset])
 
     def prepare() -> Rgb:
-        return preprocess(decode(jpeg).rgb, size)
+        return preprocess(decode(jpeg, lambda _: enough_for(size)).pixels, size)
 
     image = prepare()
     found: dict[Contender, Running | str] = {}

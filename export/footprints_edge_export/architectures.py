@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from torch import nn
 
 from footprints_edge_models.edge import FOCAL_PX, EdgeNetwork
 from footprints_edge_models.reference import ReferenceNetwork
 
+from .parts import EdgePart, ReferencePart
 from .passes.registry import PASSES, Pass
 
 
@@ -22,9 +24,14 @@ class Architecture:
         licence: of its weights, where the caller states none.
         notice: what the user of its weights must know, said once at each conversion.
         passes: rewrites that its graphs go through.
+        part: makes the network that gives some of the maps, or those of a coarser head; it takes
+            the whole network, a key of ``footprints_edge.metadata.OUTPUTS`` and the scale.
+        scales: of its heads; a head of scale 4 has a quarter of the picture's sides.
     """
 
     build: Callable[[], nn.Module]
+    part: Callable[[Any, str, int], nn.Module]
+    scales: tuple[int, ...]
     focal_px: float | None
     licence: str
     notice: str = ""
@@ -32,9 +39,11 @@ class Architecture:
 
 
 ARCHITECTURES = {
-    "edge": Architecture(EdgeNetwork, FOCAL_PX, "unstated"),
+    "edge": Architecture(EdgeNetwork, EdgePart, EdgePart.SCALES, FOCAL_PX, "unstated"),
     "reference": Architecture(
         ReferenceNetwork,
+        ReferencePart,
+        ReferencePart.SCALES,
         None,
         "Niantic Footprints licence: non-commercial use only",
         "The published checkpoints are licensed for non-commercial use only and may not be "

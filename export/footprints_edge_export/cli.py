@@ -1,4 +1,4 @@
-"""``fp-export``: checkpoints to model files, and how far two model files are apart."""
+"""``fp-export``: checkpoints to model files, how far two of them are apart, and test vectors."""
 
 import json
 import logging
@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from footprints_edge.cli.endings import complain, explained
+from footprints_edge.cli.endings import SOME_FAILED, complain, explained
 
 app = typer.Typer(
     name="fp-export",
@@ -29,18 +29,29 @@ class Arch(StrEnum):
 
 
 class Precision(StrEnum):
-    """Of weights and activations; the last layer is float in both."""
+    """Of weights and activations; fp16 is of weights only, and int8 keeps the last layer float."""
 
     FP32 = "fp32"
+    FP16 = "fp16"
     INT8 = "int8"
 
 
+class Outputs(StrEnum):
+    """Maps that a file has."""
+
+    ALL = "all"
+    MASKS = "masks"
+    DEPTHS = "depths"
+
+
 class Target(StrEnum):
-    """Kind of CPU that int8 is for."""
+    """What the file is for."""
 
     X86_VNNI = "x86-vnni"
     X86_AVX2 = "x86-avx2"
     ARM64 = "arm64"
+    WEB = "web"
+    MOBILE = "mobile"
 
 
 def _size(text: str | None) -> tuple[int, int] | None:
@@ -68,10 +79,14 @@ def convert_command(
         list[Path] | None,
         typer.Option(help="Folder of photos that int8 is calibrated on; may be repeated."),
     ] = None,
-    target: Annotated[Target, typer.Option(help="CPU that int8 is for.")] = Target.X86_VNNI,
+    target: Annotated[Target, typer.Option(help="What the file is for.")] = Target.X86_VNNI,
     name: Annotated[str | None, typer.Option(help="Name in the file.  [default: OUT]")] = None,
     licence: Annotated[str | None, typer.Option(help="Licence of the weights.")] = None,
     training: Annotated[str, typer.Option(help="On what they were trained.")] = "unstated",
+    outputs: Annotated[Outputs, typer.Option(help="Maps that the file has.")] = Outputs.ALL,
+    scale: Annotated[
+        int, typer.Option(help="Of the head: 2 or 4 for reference's coarser, faster ones.")
+    ] = 1,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the output.")] = False,
 ) -> None:
     """Convert CHECKPOINT to a model file, verify it, and write a report beside it, OUT.onnx.json.
@@ -93,12 +108,22 @@ def convert_command(
             name or output.stem,
             licence,
             training,
+            outputs.value,
+            scale,
         )
         report = convert(checkpoint, output, conversion, overwrite=overwrite)
-        if report.fp32_to_int8 is not None:
-            complain("int8 against fp32 on held-out photos:")
-            for key, value in report.fp32_to_int8.items():
-                complain(f"  {key}: {value}")
+        compared = {
+            "fp16 against fp32": report.fp32_to_fp16,
+            "int8 against fp32": report.fp32_to_int8,
+            ".ort against .onnx": report.model_to_ort,
+        }
+        for kind, difference in compared.items():
+            if difference is not None:
+                complain(f"{kind}:")
+                for key, value in difference.items():
+                    complain(f"  {key}: {value}")
+        for file in filter(None, (report.model, report.ort)):
+            complain(f"{file['file']}: {file['bytes']} bytes")
         typer.echo(output)
 
 
@@ -124,6 +149,45 @@ def verify(
         paths = spread(list_photos(images, at_least=1), 200)
         difference = compare_models(a, b, network_inputs(paths, next(iter(fixed), a)))
         typer.echo(json.dumps(difference.as_dict(), indent=2))
+
+
+@app.command("vectors")
+def vectors_command(
+    model: Annotated[str, typer.Argument(help="Model file, or a name that fp-models list shows.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the vectors.")],
+    photo: Annotated[
+        Path | None, typer.Option(help="Photo to cut them from.  [default: examples/room.jpg]")
+    ] = None,
+) -> None:
+    """Write test vectors of MODEL, for ports to other languages, and print the files."""
+    with explained("export"):
+        from footprints_edge.model import load
+
+        from .vectors import EXAMPLE_PHOTO, write_vectors
+
+        for path in write_vectors(load(model), output, photo or EXAMPLE_PHOTO):
+            typer.echo(path)
+
+
+@app.command("check-vectors")
+def check_vectors_command(
+    vectors: Annotated[Path, typer.Argument(help="Folder that fp-export vectors wrote.")],
+    outputs: Annotated[Path, typer.Argument(help="Folder that a port wrote, the same way.")],
+) -> None:
+    """Hold what a port wrote against test vectors, a line a quantity.
+
+    Exit codes: 1 if one differs, 2 wrong usage.
+    """
+    with explained("export"):
+        from .vector_check import check_vectors
+
+        findings = check_vectors(vectors, outputs)
+        for finding in findings:
+            typer.echo(finding)
+        differ = sum(not finding.holds for finding in findings)
+        complain(f"{differ} of {len(findings)} comparisons differ" if differ else "all hold")
+        if differ:
+            raise typer.Exit(SOME_FAILED)
 
 
 def main() -> None:

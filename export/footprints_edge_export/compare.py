@@ -7,7 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.geometry import disparity_to_depth
+from footprints_edge.metadata import OUTPUTS
 from footprints_edge.model import Model
+
+from .errors import ExportError
 
 CHANNELS = ("visible_ground", "ground", "visible_depth", "ground_depth")
 
@@ -83,6 +86,36 @@ def compare_maps(
 
 
 def compare_models(model_a: Model, model_b: Model, images: list[NDArray[np.uint8]]) -> Difference:
-    """Difference of two models on preprocessed photos, uint8 (1, H, W, 3) each."""
-    pairs = ((model_a.session.run(image), model_b.session.run(image)) for image in images)
-    return compare_maps(pairs, (model_a.metadata.depth_range_m, model_b.metadata.depth_range_m))
+    """Difference of two models on preprocessed photos, uint8 (1, H, W, 3) each.
+
+    Maps that neither has count as equal, and as ground everywhere.
+
+    Raises:
+        ExportError: they have different maps.
+    """
+    outputs = model_a.metadata.outputs
+    if model_b.metadata.outputs != outputs:
+        raise ExportError(
+            f"the first model has {outputs} maps, the second {model_b.metadata.outputs}"
+        )
+    pairs = (
+        (
+            all_four(model_a.session.run(image), outputs),
+            all_four(model_b.session.run(image), outputs),
+        )
+        for image in images
+    )
+    ranges_m = (model_a.metadata.depth_range_m, model_b.metadata.depth_range_m)
+    return compare_maps(pairs, ranges_m)
+
+
+def all_four(maps: NDArray[np.float32], outputs: str) -> NDArray[np.float32]:
+    """All four maps (1, 4, H, W), 1 where a file does not have them.
+
+    Args:
+        maps: float32 (1, C, H, W).
+        outputs: which these are, a key of ``footprints_edge.metadata.OUTPUTS``.
+    """
+    four = np.ones((1, 4, *maps.shape[2:]), np.float32)
+    four[:, list(OUTPUTS[outputs])] = maps
+    return four

@@ -25,16 +25,19 @@ class _WithMaps(nn.Module):
         return raw_to_maps(self.network(image))
 
 
-def to_graph(network: nn.Module, size: tuple[int, int] | None) -> onnx.ModelProto:
+def to_graph(
+    network: nn.Module, size: tuple[int, int] | None, *, gives_maps: bool = False
+) -> onnx.ModelProto:
     """Export with batch norms folded.
 
     Args:
         network: as :class:`architectures.Architecture` says.
         size: (H, W) to fix the input to; None leaves both free.
+        gives_maps: whether it gives maps, not raw channels.
 
     Returns:
         A model with input ``image`` float32 [1, 3, H, W] in [0, 1] and output ``maps`` float32
-        [1, 4, H, W].
+        [1, 4, H, W], or fewer channels where the network gives fewer.
     """
     height, width = size or (64, 96)
     sides = [32 * torch.export.Dim(name, min=2, max=512) for name in ("h", "w")]
@@ -51,7 +54,7 @@ def to_graph(network: nn.Module, size: tuple[int, int] | None) -> onnx.ModelProt
         ):
             warnings.simplefilter("ignore")
             program = torch.onnx.export(
-                _WithMaps(network).eval(),
+                (network if gives_maps else _WithMaps(network)).eval(),
                 (example,),
                 dynamo=True,
                 opset_version=OPSET,

@@ -155,7 +155,8 @@ def _uint8_input(graph: onnx.GraphProto) -> None:
     shape = [1, *(d.dim_value or name for d, name in ((height, "H"), (width, "W"))), 3]
     del graph.input[:]
     graph.input.append(helper.make_tensor_value_info("image", TensorProto.UINT8, shape))
-    output = [1, 4, *shape[1:3]]
+    channels = graph.output[0].type.tensor_type.shape.dim[1].dim_value
+    output = [1, channels, *shape[1:3]]
     del graph.output[:]
     graph.output.append(helper.make_tensor_value_info("maps", TensorProto.FLOAT, output))
 

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.errors import ImageError
-from footprints_edge.images import decode
 from footprints_edge.model import Model
 from footprints_edge.preprocessing import preprocess
 from footprints_edge.sources import expand
@@ -50,11 +49,11 @@ def network_inputs(paths: list[Path], model: Model) -> list[NDArray[np.uint8]]:
     inputs = []
     for path in paths:
         try:
-            image = decode(path)
+            image = model.decode(path)
         except ImageError as error:
             logger.warning("left out: %s", error)
             continue
-        inputs.append(preprocess(image.rgb, model.input_size(image.size), model.metadata.resize))
+        inputs.append(preprocess(image.pixels, model.input_size(image.size), model.metadata.resize))
     if not inputs:
         raise ExportError(f"none of {len(paths)} photos can be read; the first is {paths[0]}")
     return inputs

@@ -1,4 +1,4 @@
-"""Static int8 quantization in QDQ form, calibrated on real photos.
+"""Static int8 quantization in QDQ form, calibrated on real photos, biases corrected.
 
 Convolutions and what lies between them run in int8. The last convolutions and all that follows
 stay float: a uint8 disparity can only say 100, 20.3, 11.3, 7.8, 6.0 metres.
@@ -6,7 +6,6 @@ stay float: a uint8 disparity can only say 100, 20.3, 11.3, 7.8, 6.0 metres.
 
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,46 +20,26 @@ from onnxruntime.quantization import (
 )
 from onnxruntime.quantization.quant_utils import add_pre_process_metadata
 
+from .bias_correction import correct_biases, mean_inputs
 from .errors import ExportError
 from .image_input import NORMALISED, Normalisation
-
-
-@dataclass(frozen=True)
-class Target:
-    """How a kind of CPU wants its integers.
-
-    Attributes:
-        activations: uint8 or int8.
-        reduce_range: 7-bit weights, where the CPU's multiply-add would saturate with 8.
-    """
-
-    activations: QuantType
-    reduce_range: bool
-
-
-TARGETS = {
-    "x86-vnni": Target(QuantType.QUInt8, reduce_range=False),
-    "x86-avx2": Target(QuantType.QUInt8, reduce_range=True),
-    "arm64": Target(QuantType.QInt8, reduce_range=False),
-}
-"""x86 since 2019 or so multiplies uint8 with int8 without loss (VNNI); before that pairs of
-products saturate at 16 bits; 64-bit Arm has kernels for int8 with int8."""
+from .targets import TARGETS
 
 _QUANTIZED_OPS = ["Conv", "Add", "Concat", "Resize", "Relu", "Clip", "MaxPool", "Pad"]
 
 
-class _Photos(CalibrationDataReader):  # type: ignore[misc]
-    def __init__(self, images: list[NDArray[np.uint8]], normalisation: Normalisation) -> None:
-        self._feeds = self._normalised(images, normalisation)
+def _feeds(
+    images: list[NDArray[np.uint8]], normalisation: Normalisation
+) -> Iterator[dict[str, NDArray[np.float32]]]:
+    for image in images:
+        # What the int8 graph will see: the zero byte is a whole one there.
+        x = (image.astype(np.float32) - normalisation.zero_point) * normalisation.scale
+        yield {NORMALISED: x.transpose(0, 3, 1, 2).astype(np.float32)}
 
-    @staticmethod
-    def _normalised(
-        images: list[NDArray[np.uint8]], normalisation: Normalisation
-    ) -> Iterator[dict[str, NDArray[np.float32]]]:
-        for image in images:
-            # What the int8 graph will see: the zero byte is a whole one there.
-            x = (image.astype(np.float32) - normalisation.zero_point) * normalisation.scale
-            yield {NORMALISED: x.transpose(0, 3, 1, 2).astype(np.float32)}
+
+class _Photos(CalibrationDataReader):  # type: ignore[misc]
+    def __init__(self, feeds: Iterator[dict[str, NDArray[np.float32]]]) -> None:
+        self._feeds = feeds
 
     def get_next(self) -> dict[str, NDArray[np.float32]] | None:
         return next(self._feeds, None)
@@ -78,7 +57,7 @@ def quantize(
         model: float32, from :func:`image_input.split_normalisation`.
         normalisation: what was cut off.
         images: calibration photos, uint8 (1, H, W, 3) each.
-        target: key of ``TARGETS``.
+        target: key of ``targets.TARGETS``.
 
     Returns:
         A QDQ graph of the same input, per-channel int8 weights.
@@ -103,7 +82,7 @@ def quantize(
         quantize_static(
             source,
             quantized,
-            _Photos(images, normalisation),
+            _Photos(_feeds(images, normalisation)),
             quant_format=QuantFormat.QDQ,
             op_types_to_quantize=_QUANTIZED_OPS,
             per_channel=True,
@@ -115,9 +94,13 @@ def quantize(
             extra_options={
                 "TensorQuantOverrides": {NORMALISED: [image_quantization]},
                 "CalibTensorRangeSymmetric": False,
+                # Ranges are means over the photos: one photo's outlier coarsens no other.
+                "CalibMovingAverage": True,
             },
         )
-        return onnx.load(quantized)
+        result = onnx.load(quantized)
+    correct_biases(result, model, mean_inputs(model, _feeds(images, normalisation)))
+    return result
 
 
 def float_tail(graph: onnx.GraphProto) -> list[str]:

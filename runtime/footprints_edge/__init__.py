@@ -17,12 +17,14 @@ if TYPE_CHECKING:
         GroundPlaneError,
         ImageError,
         IntrinsicsError,
+        MissingMapError,
         ModelError,
         NoPathError,
         OffGroundError,
         OutputError,
         OutsideError,
         PlanningError,
+        VideoError,
     )
     from footprints_edge.geometry import Intrinsics
     from footprints_edge.ground_plane import GroundPlane
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from footprints_edge.planning import GroundPath
     from footprints_edge.prediction import Prediction
     from footprints_edge.top_down import TopDown
+    from footprints_edge.tracker import Tracker
     from footprints_edge.version import __version__
 
 __all__ = [
@@ -40,6 +43,7 @@ __all__ = [
     "ImageError",
     "Intrinsics",
     "IntrinsicsError",
+    "MissingMapError",
     "Model",
     "ModelError",
     "NoPathError",
@@ -49,6 +53,8 @@ __all__ = [
     "PlanningError",
     "Prediction",
     "TopDown",
+    "Tracker",
+    "VideoError",
     "__version__",
     "load",
 ]
@@ -61,6 +67,7 @@ _HOME_OF = {
     "ImageError": "errors",
     "Intrinsics": "geometry",
     "IntrinsicsError": "errors",
+    "MissingMapError": "errors",
     "Model": "model",
     "ModelError": "errors",
     "NoPathError": "errors",
@@ -70,6 +77,8 @@ _HOME_OF = {
     "PlanningError": "errors",
     "Prediction": "prediction",
     "TopDown": "top_down",
+    "Tracker": "tracker",
+    "VideoError": "errors",
     "__version__": "version",
     "load": "model",
 }

@@ -17,6 +17,10 @@ class ModelError(FootprintsError):
     """A model is unknown, damaged, foreign to the file contract, or cannot run here."""
 
 
+class MissingMapError(FootprintsError):
+    """A model file without masks, or without depths, was asked for them."""
+
+
 class OutputError(FootprintsError):
     """A result cannot be written: unknown format, file in the way, no such folder."""
 
@@ -39,3 +43,7 @@ class OffGroundError(PlanningError):
 
 class NoPathError(PlanningError):
     """Start and goal are on the ground, but no way on the ground joins them."""
+
+
+class VideoError(FootprintsError):
+    """A video or camera cannot be opened or read on, or OpenCV is missing."""

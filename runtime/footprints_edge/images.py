@@ -2,7 +2,9 @@
 
 import io
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
@@ -15,6 +17,8 @@ from footprints_edge.errors import ImageError
 
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
 """The decoders that an input may reach: every other one of Pillow's is only attack surface."""
+
+_REDUCIBLE = {"JPEG", "MPO"}  # MPO: several JPEGs in one file, as some phones write
 
 MAX_PIXELS = 178_000_000
 """Larger pictures are refused before a pixel of them is decoded: half a gigabyte as RGB."""
@@ -33,6 +37,31 @@ _UPRIGHT = {
     7: Image.Transpose.TRANSVERSE,
     8: Image.Transpose.ROTATE_90,
 }
+_ON_ITS_SIDE = {5, 6, 7, 8}
+
+
+@dataclass(frozen=True, eq=False)
+class ReducibleFile:
+    """A JPEG, which can be decoded at a half, a quarter or an eighth of its size.
+
+    Attributes:
+        data: Its bytes.
+        label: How messages call it.
+        size: (H, W) of the upright picture.
+    """
+
+    data: bytes
+    label: str
+    size: Size
+
+    def decode(self, least: Size) -> Rgb:
+        """The upright picture at the smallest of these sizes that is no smaller than `least`.
+
+        Raises:
+            ImageError: If the file is damaged.
+        """
+        with _opened(self.data, self.label) as image:
+            return _upright(image, self.label, least)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,24 +69,41 @@ class DecodedImage:
     """An upright picture, and what its file said about itself.
 
     Attributes:
-        rgb: uint8 (H, W, 3), red, green, blue, turned upright.
+        pixels: uint8 (h, w, 3), red, green, blue, turned upright: the whole picture, at its own
+            size or smaller.
         name: File name, for naming outputs; None where the source has none.
         path: The file that it was read from, so that no output is ever written over it.
         focal_35mm: 35 mm equivalent focal length in millimetres from EXIF, None if not stated.
+        file: What `pixels` were decoded from at less than their own size; None if they were not.
     """
 
-    rgb: Rgb
+    pixels: Rgb
     name: str | None = None
     path: Path | None = None
     focal_35mm: float | None = None
+    file: ReducibleFile | None = None
 
     @property
     def size(self) -> Size:
-        """(H, W) of the upright picture."""
-        return self.rgb.shape[0], self.rgb.shape[1]
+        """(H, W) of the upright picture at its own size."""
+        return _size(self.pixels) if self.file is None else self.file.size
+
+    @cached_property
+    def rgb(self) -> Rgb:
+        """uint8 (H, W, 3): the picture at its own size; decoded when it is first asked for."""
+        return self.at_least(self.size)
+
+    def at_least(self, least: Size) -> Rgb:
+        """uint8 (h, w, 3): the picture, no smaller than `least` if it is not so itself.
+
+        What is not larger than needed is cheaper to decode and to resize.
+        """
+        if self.file is None or _covers(_size(self.pixels), least):
+            return self.pixels
+        return self.file.decode(least)
 
 
-def decode(source: ImageSource) -> DecodedImage:
+def decode(source: ImageSource, least_size: Callable[[Size], Size] | None = None) -> DecodedImage:
     """Reads an image from any source that `Model.predict` takes.
 
     All eight EXIF orientations are turned upright, for every source alike. Transparent pixels
@@ -67,6 +113,8 @@ def decode(source: ImageSource) -> DecodedImage:
     Args:
         source: Path, encoded bytes, binary file object, PIL image, or uint8 array (H, W, 3) in
             RGB order (OpenCV delivers BGR: pass `frame[..., ::-1]`). An array is copied.
+        least_size: From the upright picture's (H, W) to the size that is enough of it. A JPEG much
+            larger than that is decoded smaller, with `pixels` no smaller than this. None: as it is.
 
     Returns:
         The upright picture. A `DecodedImage` is handed back as it is.
@@ -85,9 +133,9 @@ def decode(source: ImageSource) -> DecodedImage:
         return _from_pillow(source, path, f"PIL image {path.name if path else ''}".strip())
     if isinstance(source, (str, Path)):
         path = Path(source)
-        return _from_bytes(_read(path), path, str(path))
+        return _from_bytes(_read(path), path, str(path), least_size)
     if isinstance(source, (bytes, bytearray, memoryview)):
-        return _from_bytes(bytes(source), None, "image bytes")
+        return _from_bytes(bytes(source), None, "image bytes", least_size)
     if callable(getattr(source, "read", None)):
         filename = getattr(source, "name", None)
         path = Path(filename) if isinstance(filename, str) and filename[:1] != "<" else None
@@ -97,7 +145,7 @@ def decode(source: ImageSource) -> DecodedImage:
             raise ImageError(f"{filename or 'the file object'} cannot be read: {error}") from error
         if not isinstance(data, bytes):
             raise ImageError(f"{filename or 'the file object'} reads as text; open it with 'rb'")
-        return _from_bytes(data, path, str(path) if path else "image file object")
+        return _from_bytes(data, path, str(path) if path else "image file object", least_size)
     raise ImageError(
         f"cannot read an image from {type(source).__name__}; "
         "pass a path, bytes, a binary file object, a PIL image or a uint8 RGB array (H, W, 3)"
@@ -146,34 +194,71 @@ def _read(path: Path) -> bytes:
         raise ImageError(f"{path!s}: cannot be read: {error}") from error
 
 
-def _from_bytes(data: bytes, path: Path | None, label: str) -> DecodedImage:
+def _from_bytes(
+    data: bytes, path: Path | None, label: str, least_size: Callable[[Size], Size] | None
+) -> DecodedImage:
+    with _opened(data, label) as image:
+        if least_size is None or image.format not in _REDUCIBLE:
+            return _from_pillow(image, path, label)
+        _check_size((image.height, image.width), label)
+        size = _turned((image.height, image.width), _exif(image).orientation)
+        pixels, exif = _upright(image, label, least_size(size))
+    file = None if _size(pixels) == size else ReducibleFile(data, label, size)
+    return DecodedImage(pixels, path.name if path else None, path, exif.focal_35mm, file)
+
+
+def _opened(data: bytes, label: str) -> Image.Image:
     if not data:
         raise ImageError(f"{label} is empty (0 bytes)")
     try:
-        image = Image.open(io.BytesIO(data), formats=FORMATS)
+        return Image.open(io.BytesIO(data), formats=FORMATS)
     except Image.DecompressionBombError as error:
         raise ImageError(f"{label}: {error}; scale it down first") from error
     except Exception as error:  # Pillow's plugins raise nearly anything on hostile headers
         raise ImageError(
             f"{label} is not an image that can be read; supported: {', '.join(FORMATS)}"
         ) from error
-    with image:
-        return _from_pillow(image, path, label)
 
 
 def _from_pillow(image: Image.Image, path: Path | None, label: str) -> DecodedImage:
     _check_size((image.height, image.width), label)
+    pixels, exif = _upright(image, label)
+    return DecodedImage(pixels, path.name if path else None, path, exif.focal_35mm)
+
+
+def _upright(image: Image.Image, label: str, least: Size | None = None) -> tuple[Rgb, "_Exif"]:
+    """Decodes an opened image, smaller where it can be and `least` (h, w) allows it."""
     try:
+        covered = None
+        if least is not None:
+            height, width = _turned(least, _exif(image).orientation)
+            drafted = image.draft(None, (width, height))
+            covered = drafted[1] if drafted else None
         image.load()
         exif = _exif(image)  # after load(): the TIFF decoder turns upright by itself, and says so
         rgb = _to_rgb(image)
+        if covered is not None and covered != (0, 0, *rgb.size):
+            # The last row and column of a reduced picture may be of fewer pixels than the others.
+            rgb = rgb.resize(rgb.size, Image.Resampling.BICUBIC, box=covered)
     except ImageError as error:
         raise ImageError(f"{label}: {error}") from error
     except Exception as error:
         raise ImageError(f"{label} is damaged or truncated: {error}") from error
     turn = _UPRIGHT.get(exif.orientation)
-    upright = rgb if turn is None else rgb.transpose(turn)
-    return DecodedImage(np.array(upright), path.name if path else None, path, exif.focal_35mm)
+    return np.array(rgb if turn is None else rgb.transpose(turn)), exif
+
+
+def _turned(size: Size, orientation: int) -> Size:
+    """(H, W) as stored to upright, and back."""
+    return (size[1], size[0]) if orientation in _ON_ITS_SIDE else size
+
+
+def _size(pixels: Rgb) -> Size:
+    return pixels.shape[0], pixels.shape[1]
+
+
+def _covers(size: Size, least: Size) -> bool:
+    return size[0] >= least[0] and size[1] >= least[1]
 
 
 def _to_rgb(image: Image.Image) -> Image.Image:

@@ -11,6 +11,9 @@ FORMAT_VERSION = "1"
 
 PREFIX = "footprints."
 
+OUTPUTS = {"all": (0, 1, 2, 3), "masks": (0, 1), "depths": (2, 3)}
+"""Which of the four maps a file has, by what its metadata call them; most have all."""
+
 _KEYS = (
     "format",
     "name",
@@ -34,7 +37,7 @@ class ModelMetadata:
     Attributes:
         name: What to call the model.
         architecture: `edge` or `reference`.
-        precision: `fp32` or `int8`.
+        precision: `fp32`, `fp16` (weights only) or `int8`.
         depth_range_m: Depths in metres of disparity 1 and 0: (nearest, farthest).
         focal_px: Focal length, in pixels of the network's input, of the camera that the depths
             are for; None where they are as trained and no camera corrects them. Key `camera`.
@@ -43,6 +46,7 @@ class ModelMetadata:
         source_sha256: SHA-256 of the checkpoint that the file was converted from.
         producer: Program and version that wrote the file.
         training: On what the weights were trained, in words.
+        outputs: Key of `OUTPUTS`. Only files that lack maps state it.
         format: Version of the file contract.
     """
 
@@ -56,6 +60,7 @@ class ModelMetadata:
     source_sha256: str
     producer: str
     training: str
+    outputs: str = "all"
     format: str = FORMAT_VERSION
 
     def to_props(self) -> dict[str, str]:
@@ -64,7 +69,8 @@ class ModelMetadata:
         values = {key: getattr(self, key) for key in _KEYS if key != "camera"}
         values["depth_range_m"] = f"{nearest_m:g},{farthest_m:g}"
         values["camera"] = "none" if self.focal_px is None else f"focal_px={self.focal_px!r}"
-        return {PREFIX + key: values[key] for key in _KEYS}
+        partial = {} if self.outputs == "all" else {PREFIX + "outputs": self.outputs}
+        return {PREFIX + key: values[key] for key in _KEYS} | partial
 
     @classmethod
     def from_props(cls, props: Mapping[str, str], file: Path | str) -> "ModelMetadata":
@@ -93,6 +99,7 @@ class ModelMetadata:
         return cls(
             depth_range_m=_depth_range_m(values.pop("depth_range_m"), file),
             focal_px=_focal_px(values.pop("camera"), file),
+            outputs=_outputs(props.get(PREFIX + "outputs", "all"), file),
             **values,
         )
 
@@ -123,6 +130,15 @@ def _depth_range_m(text: str, file: Path | str) -> tuple[float, float]:
             f"such as '0.1,100'; write the file anew with: {_CONVERT}"
         )
     return nearest_m, farthest_m
+
+
+def _outputs(text: str, file: Path | str) -> str:
+    if text not in OUTPUTS:
+        raise ModelError(
+            f"{file}: {PREFIX}outputs is {text!r}, expected one of {', '.join(OUTPUTS)}; "
+            f"write the file anew with: {_CONVERT}"
+        )
+    return text
 
 
 def _focal_px(text: str, file: Path | str) -> float | None:

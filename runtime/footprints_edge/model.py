@@ -7,14 +7,15 @@ from typing import TypeAlias
 
 from footprints_edge import registry
 from footprints_edge.arrays import Size
+from footprints_edge.engine import Engine
 from footprints_edge.errors import IntrinsicsError, ModelError
 from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import DecodedImage, ImageSource, decode
 from footprints_edge.metadata import ModelMetadata
 from footprints_edge.postprocessing import postprocess
 from footprints_edge.prediction import ModelInfo, Prediction
-from footprints_edge.preprocessing import FILTERS, STRIDE, preprocess, working_size
-from footprints_edge.session import Session, runtime
+from footprints_edge.preprocessing import FILTERS, STRIDE, enough_for, preprocess, working_size
+from footprints_edge.session import Session
 
 Camera: TypeAlias = Intrinsics | Callable[[Size], Intrinsics]
 """A camera in the pixels of the upright picture, or how to make one for a picture's (H, W)."""
@@ -23,7 +24,7 @@ Camera: TypeAlias = Intrinsics | Callable[[Size], Intrinsics]
 class Model:
     """A loaded model. It keeps no state between calls: one object may serve many threads."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Engine) -> None:
         """Reads the metadata of a loaded file.
 
         Raises:
@@ -61,6 +62,14 @@ class Model:
         """The (h, w) at which the network sees a picture of `image_size` (H, W)."""
         return self.session.input_size or working_size(image_size)
 
+    def decode(self, image: ImageSource) -> DecodedImage:
+        """Reads a picture, no larger than is worth it for this model; see `images.decode`.
+
+        Raises:
+            ImageError: If the image cannot be read.
+        """
+        return decode(image, lambda size: enough_for(self.input_size(size)))
+
     def predict(
         self, image: ImageSource, *, intrinsics: Camera | None = None, threshold: float = 0.5
     ) -> Prediction:
@@ -87,10 +96,10 @@ class Model:
         if not 0 <= threshold <= 1:
             raise ValueError(f"threshold is {threshold}; it is a probability: give 0 to 1")
         times = [perf_counter()]
-        decoded = decode(image)
+        decoded = self.decode(image)
         times.append(perf_counter())
         size = self.input_size(decoded.size)
-        network_input = preprocess(decoded.rgb, size, self.metadata.resize)
+        network_input = preprocess(decoded.pixels, size, self.metadata.resize)
         times.append(perf_counter())
         maps = self.session.run(network_input)
         times.append(perf_counter())
@@ -105,13 +114,11 @@ class Model:
             ground_probability=result.ground_probability,
             visible_depth_m=result.visible_depth_m,
             unmasked_ground_depth_m=result.unmasked_ground_depth_m,
-            rgb=decoded.rgb,
+            picture=decoded,
             intrinsics=camera,
             threshold=threshold,
-            model=ModelInfo(self.name, self.metadata.precision, self.sha256, runtime()),
+            model=ModelInfo(self.name, self.metadata.precision, self.sha256, self.session.runtime),
             timings_ms={stage: 1000 * (end - start) for stage, start, end in spans},
-            name=decoded.name,
-            path=decoded.path,
         )
 
 
@@ -120,6 +127,7 @@ def load(
     *,
     threads: int | None = None,
     providers: Sequence[str] | None = None,
+    engine: str = "onnxruntime",
 ) -> Model:
     """Loads a model.
 
@@ -127,14 +135,35 @@ def load(
         model: A registered name, the path of an ONNX file, or None for the bundled default.
         threads: Threads for one prediction; None means all cores that this process may use.
         providers: onnxruntime execution providers in order of preference; None means CPU.
+        engine: What runs it, and nothing else does: `onnxruntime`; `openvino` (the extra
+            `openvino`); or a package that plugs an execution provider into onnxruntime, such as
+            `onnxruntime-ep-openvino`. `Prediction.model.runtime` says what it was.
 
     Raises:
-        ModelError: If the model is unknown, damaged or foreign, or a provider is not available.
+        ModelError: If the model is unknown, damaged or foreign, or a provider or engine is not
+            available.
     """
     path = registry.resolve(model)
-    session = Session(path, threads=threads, providers=providers)
+    session = _open(path, engine, threads, providers)
     registry.check(path, session.sha256)
     return Model(session)
+
+
+def _open(path: Path, engine: str, threads: int | None, providers: Sequence[str] | None) -> Engine:
+    if engine == "onnxruntime":
+        return Session(path, threads=threads, providers=providers)
+    if providers is not None:
+        raise ModelError(f"providers are onnxruntime's; engine {engine!r} has none to choose from")
+    if engine == "openvino":
+        from footprints_edge.openvino_session import OpenVinoSession
+
+        return OpenVinoSession(path, threads=threads)
+    if engine.startswith("onnxruntime-ep-"):
+        return Session(path, threads=threads, plugin=engine)
+    raise ModelError(
+        f"engine {engine!r} is unknown; choose onnxruntime, openvino, or a package that plugs into "
+        "onnxruntime: onnxruntime-ep-..."
+    )
 
 
 def _camera_of(image: DecodedImage, given: Camera | None) -> Intrinsics:

@@ -1,14 +1,14 @@
 """The picture for people: ground tinted by distance, hidden ground hatched, a legend below."""
 
-from statistics import NormalDist
-
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
-from footprints_edge.arrays import Floats, Mask, Size
-from footprints_edge.colours import FARTHEST_M, colour_scale, colours_of, scale_position
-from footprints_edge.prediction import Prediction, resize_depth
+from footprints_edge.arrays import Floats, Mask, Rgb, Size
+from footprints_edge.colours import FARTHEST_M, PAPER, colour_scale, scale_position
+from footprints_edge.painting import INK, WHITE, blurred_edge_px, hatch, inside, paint
+from footprints_edge.png import encode_png
+from footprints_edge.prediction import Prediction, resized
 
 LONGEST_PX = 1920
 """Longer pictures are drawn at this size; the maps themselves have far fewer pixels."""
@@ -20,48 +20,65 @@ TICKS_M = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0)
 
 _RIPPLE_PX = 12  # of the maps
 
-_LEGEND_PX = 300  # a tower of a picture gets margins rather than a legend that is cut off
+_GREY = np.array([0.299, 0.587, 0.114], np.float32)
 
-_WHITE, _INK, _PAPER, _FAINT = (255, 255, 255), (14, 16, 22), (22, 24, 31), (170, 176, 188)
+_BAND_PX = 64  # so many rows are painted at once: they fit the processor's cache
+
+LEGEND_PX = 300
+"""A tower of a picture gets margins rather than a legend that is cut off."""
 
 
-def draw_overlay(prediction: Prediction) -> Image.Image:
+_LETTERS, _FAINT = (255, 255, 255), (170, 176, 188)
+
+
+def encode_overlay(prediction: Prediction, *, top_down: bool = False) -> bytes:
+    """PNG of `draw_overlay`."""
+    return encode_png(draw_overlay(prediction, top_down=top_down))
+
+
+def draw_overlay(prediction: Prediction, *, top_down: bool = False) -> Image.Image:
     """Draws a prediction on its picture.
 
     Visible ground is a solid tint, hidden ground a hatching in the colour of its distance, both
     outlined; thin lines mark round distances. The legend has a strip of its own below.
 
+    Args:
+        prediction: What to draw.
+        top_down: Whether the ground seen from above stands beside the picture; it stays empty
+            where there is too little ground for a plane.
+
     Returns:
-        RGB image: the picture's size within `NARROWEST_PX` and `LONGEST_PX`, plus the legend.
+        RGB image: the picture's size within `NARROWEST_PX` and `LONGEST_PX`, plus the legend, and
+        the panel as wide as the picture and the legend are high.
     """
     size = _canvas_size(prediction.image_size)
     pen_px = max(1.0, max(size) / 700)
-    photo = Image.fromarray(prediction.rgb).resize(
+    blur_px = max(2 * pen_px, 0.5 * max(size) / max(prediction.map_size))
+    photo = Image.fromarray(prediction.picture.at_least(size)).resize(
         (size[1], size[0]), Image.Resampling.LANCZOS, reducing_gap=2.0
     )
-    large = prediction.at_size(size)
-    depth_m = large.unmasked_ground_depth_m
     # Lines follow every ripple of a depth; those of the ground's broad shape can be read.
-    broad_m = resize_depth(_broad(prediction.unmasked_ground_depth_m), size)
-    blur_px = max(2 * pen_px, 0.5 * max(size) / max(prediction.map_size))
-    visible = _signed_distance_px(large.visible_ground, blur_px)
-    hidden = _signed_distance_px(large.hidden_ground, blur_px)
+    nearness = np.reciprocal(prediction.unmasked_ground_depth_m)
+    broad = resized(_broad(nearness), size)
+    visible, ground = (
+        resized(probability, size) > prediction.threshold
+        for probability in (prediction.visible_ground_probability, prediction.ground_probability)
+    )
+    pixels = np.array(photo)
+    _paint_ground(
+        pixels, visible, ground & ~visible, resized(nearness, size), broad, pen_px, blur_px
+    )
+    picture = Image.fromarray(pixels)
+    _label_isolines(picture, broad, ground | visible)
+    drawn = _stacked(picture, draw_legend(max(picture.width, LEGEND_PX), picture.height))
+    if not top_down:
+        return drawn
+    from footprints_edge.top_down_picture import draw_panel
 
-    pixels = np.array(photo, np.float32)
-    tint = colours_of(depth_m).astype(np.float32)
-    grey = np.asarray(photo.convert("L"), np.float32)[..., None]
-    _paint(pixels, 0.62 * tint + 0.38 * grey, _inside(visible))
-    _hatch(pixels, tint, _inside(hidden), pen_px)
-    anywhere = _inside(np.maximum(visible, hidden))
-    _paint(pixels, _WHITE, 0.5 * anywhere * _isolines(broad_m, pen_px))
-    for distance_px in (hidden, visible):
-        edge_px = np.abs(distance_px)
-        _paint(pixels, _INK, 0.5 * _inside(np.float32(1.6 * pen_px) - edge_px))
-        _paint(pixels, _WHITE, _inside(np.float32(0.7 * pen_px) - edge_px))
-
-    picture = Image.fromarray(np.rint(pixels).astype(np.uint8))
-    _label_isolines(picture, broad_m, large.ground | large.visible_ground)
-    return _stacked(picture, _legend(max(picture.width, _LEGEND_PX), picture.height))
+    both = Image.new("RGB", (drawn.width + drawn.height, drawn.height))
+    both.paste(drawn, (0, 0))
+    both.paste(draw_panel(prediction, drawn.height), (drawn.width, 0))
+    return both
 
 
 def _canvas_size(image_size: Size) -> Size:
@@ -71,85 +88,104 @@ def _canvas_size(image_size: Size) -> Size:
     return max(2, round(height * scale)), max(2, round(width * scale))
 
 
-def _paint(pixels: Floats, colour: Floats | tuple[int, int, int], opacity: Floats) -> None:
-    """Mixes a colour, or (H, W, 3) colours, into `pixels` where `opacity` (H, W) is not 0."""
-    where = np.nonzero(opacity > 0)
-    over = colour[where] if isinstance(colour, np.ndarray) else np.array(colour, np.float32)
-    pixels[where] += opacity[where][:, None] * (over - pixels[where])
+def _paint_ground(
+    pixels: Rgb,
+    visible: Mask,
+    hidden: Mask,
+    nearness: Floats,
+    broad: Floats,
+    pen_px: float,
+    blur_px: float,
+) -> None:
+    """Paints the ground, its outlines and its lines of equal distance.
 
-
-def _inside(distance_px: Floats) -> Floats:
-    """Coverage of a pixel, 0 to 1, whose centre is so far inside an edge: antialiasing."""
-    coverage: Floats = np.clip(distance_px + np.float32(0.5), 0, 1)
-    return coverage
-
-
-def _signed_distance_px(mask: Mask, blur_px: float) -> Floats:
-    """How far inside (positive) or outside the mask's smoothed outline a pixel is, near to it.
-
-    A straight edge blurred by a Gaussian is that Gaussian's distribution function of the
-    distance: its inverse gives the distance back, and the blur rounds off the maps' pixels.
+    Args:
+        pixels: uint8 (H, W, 3), changed in place.
+        visible: Bool (H, W).
+        hidden: Bool (H, W).
+        nearness: float32 (H, W), the inverse depth that the colours are of.
+        broad: float32 (H, W), the inverse depth that the lines are of.
+        pen_px: Width of a line.
+        blur_px: How much the masks' outlines are smoothed.
     """
-    blurred = Image.fromarray(np.where(mask, np.uint8(255), np.uint8(0)))
-    levels = np.asarray(blurred.filter(ImageFilter.GaussianBlur(blur_px)))
-    inverse = NormalDist(0, blur_px).inv_cdf
-    distances = np.array([inverse((level + 0.5) / 256) for level in range(256)], np.float32)
-    distances[[0, -1]] = -1e3, 1e3
-    distance_px: Floats = distances[levels]
-    return distance_px
+    height, width = visible.shape
+    distance_of_px = blurred_edge_px(blur_px)
+    is_near = distance_of_px > -(1.6 * pen_px + 0.5)
+    levels = [_blurred(mask, blur_px) for mask in (visible, hidden)]
+    colours = colour_scale().T.astype(np.float32)
+    for top in range(0, height, _BAND_PX):
+        rows = slice(top, top + _BAND_PX)
+        seen, behind = (level[rows].ravel() for level in levels)
+        where = np.flatnonzero(is_near[np.maximum(seen, behind)])
+        if not where.size:
+            continue
+        band = pixels[rows].reshape(-1, 3)
+        under = band.take(where, axis=0).T.astype(np.float32, order="C")
+        visible_px, hidden_px = (distance_of_px.take(level.take(where)) for level in (seen, behind))
+        depth_m = np.reciprocal(nearness[rows].take(where))
+        tint = colours.take(scale_position(depth_m), axis=1)
+        grey = _GREY @ under
+        paint(under, 0.62 * tint + 0.38 * grey, inside(visible_px))
+        if (hidden_px > -0.5).any():
+            diagonal_px = (top + where // width + where % width).astype(np.float32)
+            hatch(under, tint, inside(hidden_px), diagonal_px, pen_px)
+        anywhere = inside(np.maximum(visible_px, hidden_px))
+        lines = _isolines(broad, rows, pen_px).take(where)
+        paint(under, WHITE, 0.5 * anywhere * lines)
+        for distance_px in (hidden_px, visible_px):
+            edge_px = np.abs(distance_px)
+            paint(under, INK, 0.5 * inside(np.float32(1.6 * pen_px) - edge_px))
+            paint(under, WHITE, inside(np.float32(0.7 * pen_px) - edge_px))
+        band[where] = np.rint(under).astype(np.uint8).T
 
 
-def _hatch(pixels: Floats, colour: Floats, opacity: Floats, pen_px: float) -> None:
-    """Diagonal stripes of the colour, lit on one side, with the picture darkened in between.
-
-    Light against dark: the stripes show on any picture, in any colour, and in grey print.
-    """
-    height, width = opacity.shape
-    period_px, stripe_px = 10 * pen_px, 4.4 * pen_px
-    across = (np.arange(height)[:, None] + np.arange(width)) / np.sqrt(2)
-    position_px = (across % period_px).astype(np.float32) - np.float32(period_px / 2)
-    stripe = _inside(stripe_px / 2 - np.abs(position_px))
-    rim = _inside(0.6 * pen_px - np.abs(position_px + stripe_px / 2))
-    _paint(pixels, _INK, 0.45 * opacity * (1 - stripe))
-    _paint(pixels, colour, opacity * (0.12 + 0.83 * stripe))
-    _paint(pixels, _WHITE, 0.8 * opacity * rim)
+def _blurred(mask: Mask, blur_px: float) -> NDArray[np.uint8]:
+    """Levels (H, W) from 0 outside to 255 inside."""
+    image = Image.fromarray(np.where(mask, np.uint8(255), np.uint8(0)))
+    return np.asarray(image.filter(ImageFilter.GaussianBlur(blur_px)))
 
 
-def _broad(depth_m: Floats) -> Floats:
-    """The depth without its ripples: a moving mean of its inverse, which keeps planes planes."""
-    nearness = np.reciprocal(depth_m, dtype=np.float64)
+def _broad(nearness: Floats) -> Floats:
+    """The inverse depth without its ripples: a moving mean, which keeps planes planes."""
+    nearness = nearness.astype(np.float64)
     for axis in (0, 1, 0, 1):
         reach = min(_RIPPLE_PX, nearness.shape[axis] - 1)
         around = [(reach, reach) if axis == each else (0, 0) for each in (0, 1)]
         # an odd reflection goes on as the slope does: no flat rim at the picture's border
         padded = np.pad(nearness, around, mode="reflect", reflect_type="odd")
-        window = sliding_window_view(padded, 2 * reach + 1, axis=axis)
-        nearness = window.mean(axis=-1)
-    return np.reciprocal(np.maximum(nearness, 1e-3)).astype(np.float32)
+        before = [(1, 0) if axis == each else (0, 0) for each in (0, 1)]
+        sums = np.moveaxis(np.pad(padded.cumsum(axis), before), axis, 0)
+        window = 2 * reach + 1
+        nearness = np.moveaxis((sums[window:] - sums[:-window]) / window, 0, axis)
+    return np.maximum(nearness, 1e-3).astype(np.float32)
 
 
-def _isolines(depth_m: Floats, pen_px: float) -> Floats:
-    """Lines of equal distance at the legend's ticks, as coverage (H, W) from 0 to 1."""
-    nearness = np.reciprocal(depth_m)  # affine on a plane: its gradient is even and well-behaved
-    down, right = np.gradient(nearness)
-    steepness = np.hypot(down, right) + np.float32(1e-9)
-    lines = np.zeros_like(depth_m)
+def _isolines(nearness: Floats, rows: slice, pen_px: float) -> Floats:
+    """Lines of equal distance at the legend's ticks, as coverage from 0 to 1, of some rows."""
+    first = max(0, rows.start - 1)  # a slope needs the neighbours
+    nearness = nearness[first : rows.stop + 1]
+    down, right = np.gradient(nearness)  # affine on a plane: even and well-behaved
+    steepness = np.sqrt(down * down + right * right) + np.float32(1e-9)
+    away = np.full_like(nearness, np.inf)
     for tick_m in TICKS_M:
-        away_px = np.abs(nearness - np.float32(1 / tick_m)) / steepness
-        np.maximum(lines, _inside(np.float32(0.5 * pen_px) - away_px), out=lines)
-    return lines
+        np.minimum(away, np.abs(nearness - np.float32(1 / tick_m)), out=away)
+    lines = inside(np.float32(0.5 * pen_px) - away / steepness)
+    return lines[rows.start - first :][: rows.stop - rows.start]
 
 
-def _label_isolines(picture: Image.Image, depth_m: Floats, ground: Mask) -> None:
+def _label_isolines(picture: Image.Image, nearness: Floats, ground: Mask) -> None:
     """Writes the distance on every line that is long enough to carry it."""
     height, width = ground.shape
     font = ImageFont.load_default(max(11, round(max(height, width) / 80)))
     draw = ImageDraw.Draw(picture)
     taken: list[tuple[float, float, float, float]] = []
-    beyond = depth_m[:-1] >= np.array(TICKS_M, np.float32)[:, None, None]
-    for tick_m, above in zip(TICKS_M, beyond, strict=True):
-        crossing = above & (depth_m[1:] < tick_m) & ground[:-1] & ground[1:]
-        rows, columns = np.nonzero(crossing)
+    passed = np.zeros(nearness.shape, np.uint8)
+    for tick_m in TICKS_M:
+        passed += nearness <= 1 / tick_m
+    crossings = np.nonzero((passed[:-1] > passed[1:]) & ground[:-1] & ground[1:])
+    above, below = passed[:-1][crossings], passed[1:][crossings]
+    for index, tick_m in enumerate(TICKS_M):
+        rows, columns = (places[(above > index) & (below <= index)] for places in crossings)
         text = f"{tick_m:g} m"
         left, top, right, bottom = draw.textbbox((0, 0), text, font, anchor="mm")
         if len(columns) < 3 * (right - left):
@@ -163,8 +199,8 @@ def _label_isolines(picture: Image.Image, depth_m: Floats, ground: Mask) -> None
             continue
         taken.append(box)
         pill = _pill(round(box[2] - box[0]), round(box[3] - box[1]))
-        picture.paste(_PAPER, (round(box[0]), round(box[1])), pill)
-        draw.text((x, y), text, _WHITE, font, anchor="mm")
+        picture.paste(PAPER, (round(box[0]), round(box[1])), pill)
+        draw.text((x, y), text, _LETTERS, font, anchor="mm")
 
 
 def _pill(width: int, height: int) -> Image.Image:
@@ -180,7 +216,7 @@ def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
-def _legend(width: int, height: int) -> Image.Image:
+def draw_legend(width: int, height: int) -> Image.Image:
     """The strip below the picture: a swatch for each kind of ground, and the colour scale."""
     letter = max(11, round(min(width / 42, max(width, height) / 62)))
     font = ImageFont.load_default(letter)
@@ -190,7 +226,7 @@ def _legend(width: int, height: int) -> Image.Image:
     bar_width = width - 2 * margin - (swatches.width + 2 * margin if one_row else 0)
     bar = _bar(bar_width, letter, font)
     rows = max(swatches.height, bar.height) if one_row else swatches.height + bar.height + letter
-    strip = Image.new("RGB", (width, rows + 2 * letter), _PAPER)
+    strip = Image.new("RGB", (width, rows + 2 * letter), PAPER)
     if one_row:
         strip.paste(swatches, (margin, letter + (rows - swatches.height) // 2))
         strip.paste(bar, (width - margin - bar.width, letter + (rows - bar.height) // 2))
@@ -205,18 +241,19 @@ def _swatches(letter: int, font: ImageFont.ImageFont | ImageFont.FreeTypeFont) -
     words = ("visible ground", "hidden ground")
     lengths = [round(font.getbbox(word)[2]) for word in words]
     between = round(1.8 * letter)
-    strip = Image.new("RGB", (2 * (side + gap) + sum(lengths) + between, side), _PAPER)
+    strip = Image.new("RGB", (2 * (side + gap) + sum(lengths) + between, side), PAPER)
     draw = ImageDraw.Draw(strip)
-    colour = np.tile(colour_scale()[110].astype(np.float32), (side, side, 1))
-    solid = colour.copy()
-    hatched = np.full((side, side, 3), 110, np.float32)
-    _hatch(hatched, colour, np.ones((side, side), np.float32), letter / 14)
+    colour = np.repeat(colour_scale()[110].astype(np.float32)[:, None], side * side, axis=1)
+    hatched = np.full_like(colour, 110)
+    diagonal_px = np.add.outer(np.arange(side), np.arange(side)).astype(np.float32).ravel()
+    hatch(hatched, colour, np.ones_like(diagonal_px), diagonal_px, letter / 14)
     line = max(1, letter // 10)
     x = 0
-    for word, length, tile in zip(words, lengths, (solid, hatched), strict=True):
-        strip.paste(Image.fromarray(np.rint(tile).astype(np.uint8)), (x, 0))
-        draw.rectangle((x, 0, x + side - 1, side - 1), outline=_WHITE, width=line)
-        draw.text((x + side + gap, side / 2), word, _WHITE, font, anchor="lm")
+    for word, length, tile in zip(words, lengths, (colour, hatched), strict=True):
+        square = np.rint(tile.T).astype(np.uint8).reshape(side, side, 3)
+        strip.paste(Image.fromarray(square), (x, 0))
+        draw.rectangle((x, 0, x + side - 1, side - 1), outline=_LETTERS, width=line)
+        draw.text((x + side + gap, side / 2), word, _LETTERS, font, anchor="lm")
         x += side + gap + length + between
     return strip
 
@@ -228,7 +265,7 @@ def _bar(
     bar_height, tick = round(0.9 * letter), max(2, round(0.35 * letter))
     side = round(1.6 * letter)  # half a label hangs over each end
     span = max(2, width - 2 * side)
-    strip = Image.new("RGB", (width, bar_height + tick + round(1.6 * letter)), _PAPER)
+    strip = Image.new("RGB", (width, bar_height + tick + round(1.6 * letter)), PAPER)
     index = np.rint(np.linspace(0, len(colour_scale()) - 1, span)).astype(int)
     strip.paste(Image.fromarray(np.repeat(colour_scale()[index][None], bar_height, 0)), (side, 0))
     draw = ImageDraw.Draw(strip)
@@ -243,7 +280,7 @@ def _bar(
 
 
 def _stacked(above: Image.Image, below: Image.Image) -> Image.Image:
-    stack = Image.new("RGB", (below.width, above.height + below.height), _PAPER)
+    stack = Image.new("RGB", (below.width, above.height + below.height), PAPER)
     stack.paste(above, ((below.width - above.width) // 2, 0))
     stack.paste(below, (0, above.height))
     return stack

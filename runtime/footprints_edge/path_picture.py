@@ -1,6 +1,5 @@
 """A path on visible ground and one on all ground, side by side (the paper's first figure, f, g)."""
 
-import io
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -10,6 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 from footprints_edge.arrays import Mask, Size
 from footprints_edge.errors import NoPathError, OffGroundError
 from footprints_edge.planning import GroundPath, find_path
+from footprints_edge.png import encode_png
 from footprints_edge.prediction import Prediction
 
 _WIDEST_PX = 960  # of one of the two pictures
@@ -56,9 +56,7 @@ def encode_path_picture(
     both = Image.new("RGB", (2 * panels[0].width + gap, panels[0].height), _PAPER)
     both.paste(panels[0], (0, 0))
     both.paste(panels[1], (panels[0].width + gap, 0))
-    buffer = io.BytesIO()
-    both.save(buffer, "PNG")
-    return buffer.getvalue()
+    return encode_png(both)
 
 
 def _panel(
@@ -74,7 +72,9 @@ def _panel(
     scale = min(max(1.0, _NARROWEST_PX / width), _WIDEST_PX / max(height, width))
     size = (max(1, round(height * scale)), max(1, round(width * scale)))
     fine = (_FINE * size[0], _FINE * size[1])
-    photo = Image.fromarray(prediction.rgb).resize(fine[::-1], Image.Resampling.LANCZOS)
+    photo = Image.fromarray(prediction.picture.at_least(fine)).resize(
+        fine[::-1], Image.Resampling.LANCZOS
+    )
     pixels = np.asarray(photo, np.float32) * np.float32(0.8)
     large = prediction.at_size(fine)
     pen = max(2.0, max(fine) / 220)

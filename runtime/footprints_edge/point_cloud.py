@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from footprints_edge.arrays import Floats, Rgb
 from footprints_edge.geometry import backproject
 from footprints_edge.prediction import Prediction
-from footprints_edge.preprocessing import preprocess
+from footprints_edge.preprocessing import enough_for, preprocess
 
 HIDDEN_GROUND_RGB = (255, 0, 200)
 """Magenta, which photos hardly have: hidden ground has no colour of its own to show."""
@@ -31,7 +31,9 @@ def encode_ply(prediction: Prediction) -> bytes:
     maps and layer.
     """
     seen = backproject(prediction.visible_depth_m, prediction.intrinsics)
-    colours = preprocess(prediction.rgb, prediction.map_size)[0]
+    colours = preprocess(
+        prediction.picture.at_least(enough_for(prediction.map_size)), prediction.map_size
+    )[0]
     ground = backproject(prediction.unmasked_ground_depth_m, prediction.intrinsics)
     hidden = ground[prediction.hidden_ground]
     vertices = np.concatenate(

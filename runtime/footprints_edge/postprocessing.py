@@ -2,14 +2,22 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from footprints_edge.arrays import Floats
+from footprints_edge.errors import ModelError
 from footprints_edge.geometry import Intrinsics, disparity_to_depth
-from footprints_edge.metadata import ModelMetadata
+from footprints_edge.metadata import OUTPUTS, ModelMetadata
+
+ABSENT: Floats = np.empty((0, 0), np.float32)
+"""Stands for a map that the model file does not have."""
 
 
 @dataclass(frozen=True, eq=False)
 class DecodedMaps:
     """What the network says about every pixel, in units, before any threshold.
+
+    A map that the model file does not have is `ABSENT`.
 
     Attributes:
         visible_ground_probability: float32 (h, w), the paper's S.
@@ -32,16 +40,24 @@ def postprocess(maps: Floats, metadata: ModelMetadata, intrinsics: Intrinsics) -
     was trained for: they grow with the focal length, by f_user / focal_px.
 
     Args:
-        maps: float32 (1, 4, h, w), see `Session.run`.
-        metadata: The model's depth range and camera.
+        maps: float32 (1, 4, h, w), or fewer channels, see `Engine.run`.
+        metadata: The model's depth range, camera and outputs.
         intrinsics: The user's camera in the pixels of (h, w).
+
+    Raises:
+        ModelError: If the maps are not as many as the metadata say.
     """
-    visible_ground, ground, visible_disparity, ground_disparity = maps[0]
+    if maps.shape[1] != len(OUTPUTS[metadata.outputs]):
+        raise ModelError(
+            f"model {metadata.name!r} gives {maps.shape[1]} maps, where its metadata say that it "
+            f"has {metadata.outputs}; convert it again"
+        )
+    found = dict(zip(OUTPUTS[metadata.outputs], maps[0], strict=True))
+    visible_ground, ground, *disparities = (found.get(channel, ABSENT) for channel in range(4))
     scale = 1.0 if metadata.focal_px is None else intrinsics.focal_px / metadata.focal_px
     nearest_m, farthest_m = (scale * bound for bound in metadata.depth_range_m)
-    return DecodedMaps(
-        visible_ground,
-        ground,
-        disparity_to_depth(visible_disparity, nearest_m, farthest_m),
-        disparity_to_depth(ground_disparity, nearest_m, farthest_m),
+    visible_depth_m, ground_depth_m = (
+        ABSENT if disparity is ABSENT else disparity_to_depth(disparity, nearest_m, farthest_m)
+        for disparity in disparities
     )
+    return DecodedMaps(visible_ground, ground, visible_depth_m, ground_depth_m)

@@ -10,12 +10,24 @@ import numpy as np
 from PIL import Image
 
 from footprints_edge.arrays import Floats, Mask, Rgb, Size
+from footprints_edge.errors import MissingMapError
 from footprints_edge.geometry import Intrinsics
+from footprints_edge.images import DecodedImage
+from footprints_edge.postprocessing import ABSENT
 
 if TYPE_CHECKING:
     from footprints_edge.ground_plane import GroundPlane
     from footprints_edge.planning import GroundPath
     from footprints_edge.top_down import TopDown
+
+
+MAPS = (
+    "visible_ground_probability",
+    "ground_probability",
+    "visible_depth_m",
+    "unmasked_ground_depth_m",
+)
+"""The fields of a prediction that a network fills, in the order of its output."""
 
 
 @dataclass(frozen=True)
@@ -24,9 +36,9 @@ class ModelInfo:
 
     Attributes:
         name: The model's name.
-        precision: `fp32` or `int8`.
+        precision: `fp32`, `fp16` (weights only) or `int8`.
         sha256: SHA-256 of the model file.
-        runtime: Program and version that ran it.
+        runtime: Program and version that ran it, and on what if not on the CPU.
     """
 
     name: str
@@ -39,7 +51,9 @@ class ModelInfo:
 class Prediction:
     """Walkable ground, seen and hidden, and depths. All maps have one size (h, w).
 
-    The fields are what the network said; masks follow from them and the threshold.
+    The fields are what the network said; masks follow from them and the threshold. What a model
+    file does not have (`fp-export convert --outputs`) raises `MissingMapError` where it is asked
+    for; `has` tells beforehand.
 
     Attributes:
         visible_ground_probability: float32 (h, w), that what is seen here is walkable.
@@ -47,26 +61,44 @@ class Prediction:
         visible_depth_m: float32 (h, w), metres along the optical axis to what is seen.
         unmasked_ground_depth_m: float32 (h, w), metres along the optical axis to where ground
             would be; `ground_depth_m` is the same where there is ground.
-        rgb: uint8 (H, W, 3), the upright picture, for overlays and coloured points.
+        picture: The upright picture, for overlays and coloured points.
         intrinsics: The camera in the maps' own pixels, and where it came from.
         threshold: Probability above which a pixel counts as ground.
         model: Which model it is from.
         timings_ms: Milliseconds by stage: decode, preprocess, inference, postprocess.
-        name: File name of the picture, None where it has none.
-        path: The picture's file, None where it was not read from one.
     """
 
     visible_ground_probability: Floats
     ground_probability: Floats
     visible_depth_m: Floats
     unmasked_ground_depth_m: Floats
-    rgb: Rgb
+    picture: DecodedImage
     intrinsics: Intrinsics
     threshold: float
     model: ModelInfo
     timings_ms: Mapping[str, float]
-    name: str | None = None
-    path: Path | None = None
+
+    def __post_init__(self) -> None:
+        """Takes away the maps that are absent, so that they raise where they are asked for."""
+        for name in MAPS:
+            if getattr(self, name) is ABSENT:
+                object.__delattr__(self, name)
+
+    if not TYPE_CHECKING:  # a type checker is to go on finding misspelt names
+
+        def __getattr__(self, name: str) -> object:
+            """Explains why a map is not there."""
+            if name not in MAPS:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            kind, others = ("depths", "masks") if name.endswith("_m") else ("masks", "depths")
+            raise MissingMapError(
+                f"{name} is not there: model {self.model.name!r} has no {kind}, it was converted "
+                f"with --outputs {others}; use one with all maps"
+            )
+
+    def has(self, name: str) -> bool:
+        """Whether one of the four maps, named as the fields are, is there."""
+        return name in vars(self)
 
     @cached_property
     def visible_ground(self) -> Mask:
@@ -97,13 +129,28 @@ class Prediction:
     @property
     def map_size(self) -> Size:
         """(h, w) of the maps."""
-        height, width = self.ground_probability.shape
+        height, width = next(vars(self)[name].shape for name in MAPS if self.has(name))
         return height, width
 
     @property
     def image_size(self) -> Size:
         """(H, W) of the upright picture."""
-        return self.rgb.shape[0], self.rgb.shape[1]
+        return self.picture.size
+
+    @property
+    def rgb(self) -> Rgb:
+        """uint8 (H, W, 3), the upright picture; decoded at its own size when first asked for."""
+        return self.picture.rgb
+
+    @property
+    def name(self) -> str | None:
+        """File name of the picture, None where it has none."""
+        return self.picture.name
+
+    @property
+    def path(self) -> Path | None:
+        """The picture's file, None where it was not read from one."""
+        return self.picture.path
 
     def at_image_size(self) -> "Prediction":
         """The same prediction with maps of the picture's own size."""
@@ -120,12 +167,18 @@ class Prediction:
         """
         if size == self.map_size:
             return self
+        visible_ground, ground, visible_depth_m, ground_depth_m = (
+            (resize_depth if name.endswith("_m") else resized)(getattr(self, name), size)
+            if self.has(name)
+            else ABSENT
+            for name in MAPS
+        )
         return replace(
             self,
-            visible_ground_probability=_resized(self.visible_ground_probability, size),
-            ground_probability=_resized(self.ground_probability, size),
-            visible_depth_m=resize_depth(self.visible_depth_m, size),
-            unmasked_ground_depth_m=resize_depth(self.unmasked_ground_depth_m, size),
+            visible_ground_probability=visible_ground,
+            ground_probability=ground,
+            visible_depth_m=visible_depth_m,
+            unmasked_ground_depth_m=ground_depth_m,
             intrinsics=self.intrinsics.scaled(self.map_size, size),
         )
 
@@ -136,6 +189,16 @@ class Prediction:
             GroundPlaneError: If there is too little ground to carry a plane.
         """
         return self._ground_plane
+
+    def flattened(self) -> "Prediction":
+        """The same prediction with the ground's depth laid onto `ground_plane`.
+
+        Only where most of the ground lies near to that plane anyway, and there only pixels that do:
+        ramps, steps and stairs stay as they are. Without a plane it is the prediction itself.
+        """
+        from footprints_edge.flat_ground import flatten
+
+        return flatten(self)
 
     def top_down(self, cell_m: float = 0.05, range_m: float = 10.0) -> "TopDown":
         """The ground seen from above, as an occupancy grid.
@@ -200,7 +263,8 @@ class Prediction:
 
         Args:
             folder: Where to; made if it is not there.
-            formats: Any of `overlay`, `npz`, `png16`, `json`, `ply`, `topdown`.
+            formats: Any of `overlay`, `npz`, `png16`, `json`, `ply`, `topdown`,
+                `topdown_picture`.
             name: Start of the file names; None means the picture's name, or `image`.
             overwrite: Whether to replace files that are there already.
 
@@ -216,8 +280,8 @@ class Prediction:
         return save(self, Path(folder), formats, name=name, overwrite=overwrite)
 
 
-def _resized(values: Floats, size: Size) -> Floats:
-    """Bilinear, pixel centres at half-pixel offsets; antialiased where it shrinks."""
+def resized(values: Floats, size: Size) -> Floats:
+    """A map, float32 (h, w), at another size: bilinear, antialiased where it shrinks."""
     height, width = size
     image = Image.fromarray(values).resize((width, height), Image.Resampling.BILINEAR)
     return np.array(image)
@@ -225,4 +289,4 @@ def _resized(values: Floats, size: Size) -> Floats:
 
 def resize_depth(depth_m: Floats, size: Size) -> Floats:
     """A depth map, float32 (h, w), at another size, interpolated as inverse depth."""
-    return np.reciprocal(_resized(np.reciprocal(depth_m), size))
+    return np.reciprocal(resized(np.reciprocal(depth_m), size))

@@ -1,62 +1,58 @@
-"""Running a model file. The only module that knows onnxruntime."""
+"""Running a model file with onnxruntime. The only module that knows it."""
 
 import hashlib
+from collections import Counter
 from collections.abc import Sequence
+from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 import onnxruntime as ort
 
-from footprints_edge.arrays import Floats, Rgb, Size
-from footprints_edge.cores import usable_cores
+from footprints_edge.arrays import Floats, Rgb
+from footprints_edge.engine import checked_input_size, checked_threads, read_model_file
 from footprints_edge.errors import ModelError
 
 _CPU = "CPUExecutionProvider"
-_MOST_THREADS = 256
-
-_FOREIGN = {
-    b"version https://git-lfs": "it is a Git LFS pointer, not the model; fetch it: git lfs pull",
-    b"<": "it is a web page or XML, not a model; download the file itself",
-    b"PK\x03\x04": "it looks like a PyTorch checkpoint; make a model of it with: "
-    "fp-export convert CHECKPOINT -o OUT.onnx --arch edge",
-}
 
 
 class Session:
-    """A model file, loaded. `run` keeps no state: one session may serve many threads.
-
-    Attributes:
-        path: The file.
-        sha256: SHA-256 of the file's bytes, the very ones that run.
-        props: The file's `metadata_props`.
-        input_size: (H, W) that the file is fixed to, None where it takes any multiples of 32.
-        threads: Threads that one `run` uses.
-        providers: onnxruntime's execution providers in use.
-    """
+    """A model file in onnxruntime; see `engine.Engine`."""
 
     def __init__(
-        self, path: Path, *, threads: int | None = None, providers: Sequence[str] | None = None
+        self,
+        path: Path,
+        *,
+        threads: int | None = None,
+        providers: Sequence[str] | None = None,
+        plugin: str | None = None,
     ) -> None:
         """Loads a model file.
 
         Args:
-            path: An ONNX file of the footprints-edge contract.
+            path: An ONNX file of the footprints-edge contract, or one in onnxruntime's format.
             threads: Threads for one `run`; None means all cores that this process may use.
             providers: onnxruntime execution providers in order of preference; None means CPU.
+            plugin: Package of an execution provider that onnxruntime loads from outside, such as
+                `onnxruntime-ep-openvino`, instead of `providers`. Nodes that it does not take
+                run on the CPU; `runtime` says how many it takes.
 
         Raises:
             ModelError: If the file is missing, damaged or foreign, a provider is not available,
                 or the number of threads is not positive.
         """
-        if threads is not None and not 1 <= threads <= _MOST_THREADS:
-            raise ModelError(f"threads is {threads}; give 1 to {_MOST_THREADS}, or leave it out")
-        data = _read(path)
+        self.threads = checked_threads(threads)
+        data = read_model_file(path)
         self.path = path
         self.sha256 = hashlib.sha256(data).hexdigest()
-        self.threads = threads or usable_cores()
         if isinstance(providers, str):
             providers = [providers]
-        wanted = _checked_providers([_CPU] if providers is None else list(providers))
         options = _options(self.threads)
+        if plugin is None:
+            wanted = _checked_providers([_CPU] if providers is None else list(providers))
+        else:
+            wanted = []
+            _add_plugin(options, plugin)
         try:
             self._session = ort.InferenceSession(data, options, providers=wanted)
         except Exception as error:  # onnxruntime's exceptions share no base class
@@ -65,53 +61,42 @@ class Session:
                 "damaged, no ONNX model, or made for a newer onnxruntime than "
                 f"{ort.__version__}; fetch or convert it again. onnxruntime says: {error}"
             ) from error
-        self.providers = tuple(self._session.get_providers())
-        if self.providers[0] != wanted[0]:  # onnxruntime falls back to the CPU with a mere log line
+        self.providers: tuple[str, ...] = tuple(self._session.get_providers())
+        if wanted and self.providers[0] != wanted[0]:  # it falls back with a mere log line
             raise ModelError(
                 f"provider {wanted[0]} is installed but does not start on this machine; "
                 f"check its driver, or choose another of {', '.join(available_providers())}"
             )
-        self.input_size = self._checked_input_size()
+        self.runtime = runtime()
+        if plugin is not None:
+            self.runtime += f", {self._shares(plugin)}"
+        elif wanted[0] != _CPU:
+            self.runtime += f", {wanted[0]}"
+        inputs, outputs = self._session.get_inputs(), self._session.get_outputs()
+        self.input_size = checked_input_size(
+            path, [(node.name, node.type, node.shape) for node in (*inputs, *outputs)]
+        )
         self.props: dict[str, str] = dict(self._session.get_modelmeta().custom_metadata_map)
 
     def run(self, image: Rgb) -> Floats:
-        """One forward pass.
-
-        Args:
-            image: uint8 (1, H, W, 3), red, green, blue; H and W multiples of 32.
-
-        Returns:
-            float32 (1, 4, H, W): probabilities of visible ground and of ground, then the sigmoid
-            disparities of what is seen and of the ground (the paper's S, S*, D and D*).
-
-        Raises:
-            ModelError: If the pass fails, for example for lack of memory.
-        """
+        """One forward pass; see `engine.Engine.run`."""
         try:
             maps: Floats = self._session.run(["maps"], {"image": image})[0]
         except Exception as error:
             raise ModelError(f"{self.path} failed on an input of {image.shape}: {error}") from error
         return maps
 
-    def _checked_input_size(self) -> Size | None:
-        """The fixed (H, W), or None; refuses graphs with another input or output."""
-        inputs, outputs = self._session.get_inputs(), self._session.get_outputs()
-        found = [(node.name, node.type, node.shape) for node in (*inputs, *outputs)]
-        match found:
-            case [
-                ("image", "tensor(uint8)", [1, height, width, 3]),
-                ("maps", "tensor(float)", [_, _, _, _]),
-            ] if found[1][2][1] in (4, None) or isinstance(found[1][2][1], str):
-                pass
-            case _:
-                raise ModelError(
-                    f"{self.path} is an ONNX model with {_signature(found)}; expected image uint8 "
-                    "[1, H, W, 3] in and maps float32 [1, 4, H, W] out; make one with: "
-                    "fp-export convert CHECKPOINT -o OUT.onnx --arch edge"
-                )
-        if isinstance(height, int) and isinstance(width, int):
-            return height, width
-        return None
+    def _shares(self, plugin: str) -> str:
+        """How many nodes each provider took; refuses a plug-in that took none."""
+        nodes: Counter[str] = Counter()
+        for part in self._session.get_provider_graph_assignment_info():
+            nodes[part.ep_name] += len(part.get_nodes())
+        if not nodes.keys() & set(_plugin_providers(plugin)):
+            raise ModelError(
+                f"{plugin} takes none of the nodes of {self.path}; onnxruntime would run them all "
+                "on the CPU: choose engine='onnxruntime' for that"
+            )
+        return ", ".join(f"{name} {count} nodes" for name, count in nodes.most_common())
 
 
 def available_providers() -> list[str]:
@@ -122,17 +107,6 @@ def available_providers() -> list[str]:
 def runtime() -> str:
     """Name and version of what runs the models."""
     return f"onnxruntime {ort.__version__}"
-
-
-def _read(path: Path) -> bytes:
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise ModelError(f"model file {path} cannot be read: {error.strerror or error}") from error
-    for start, reason in _FOREIGN.items():
-        if data.startswith(start):
-            raise ModelError(f"{path} is no ONNX model ({len(data)} bytes): {reason}")
-    return data
 
 
 def _checked_providers(wanted: list[str]) -> list[str]:
@@ -146,6 +120,42 @@ def _checked_providers(wanted: list[str]) -> list[str]:
     return wanted
 
 
+def _add_plugin(options: ort.SessionOptions, plugin: str) -> None:
+    """Choose the devices of a plug-in.
+
+    Raises:
+        ModelError: If it is not installed, does not load, or offers no device here.
+    """
+    names = _plugin_providers(plugin)
+    devices = [device for device in ort.get_ep_devices() if device.ep_name in names]
+    if not devices:
+        raise ModelError(
+            f"{plugin} is installed but offers no device on this machine: its hardware, or the "
+            "driver, is not there; choose another engine"
+        )
+    options.add_provider_for_devices(devices, {})
+    options.add_session_config_entry("session.record_ep_graph_assignment_info", "1")
+
+
+@cache
+def _plugin_providers(plugin: str) -> tuple[str, ...]:
+    """Names of a plug-in's execution providers, once it is registered with onnxruntime."""
+    try:
+        package = import_module(plugin.replace("-", "_"))
+    except ModuleNotFoundError as error:
+        raise ModelError(
+            f"engine {plugin!r} needs the package {plugin}; install it with: pip install {plugin}"
+        ) from error
+    try:
+        ort.register_execution_provider_library(plugin, package.get_library_path())
+        return tuple(package.get_ep_names())
+    except Exception as error:
+        raise ModelError(
+            f"{plugin} does not load into onnxruntime {ort.__version__}: {error}; "
+            "upgrade both, or choose another engine"
+        ) from error
+
+
 def _options(threads: int) -> ort.SessionOptions:
     options = ort.SessionOptions()
     options.intra_op_num_threads = threads
@@ -155,7 +165,3 @@ def _options(threads: int) -> ort.SessionOptions:
     # Between two calls the cores belong to the program around us, not to waiting worker threads.
     options.add_session_config_entry("session.force_spinning_stop", "1")
     return options
-
-
-def _signature(nodes: list[tuple[str, str, list[object]]]) -> str:
-    return ", ".join(f"{name} {kind} {shape}" for name, kind, shape in nodes)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from footprints_edge.arrays import Mask
+from footprints_edge.arrays import Floats, Mask
 from footprints_edge.prediction import Prediction
 from footprints_edge.version import __version__
 
@@ -13,19 +13,23 @@ def summarise(prediction: Prediction) -> dict[str, Any]:
     """Sizes, ground fractions and distances, camera, model and timings, ready for JSON.
 
     Sizes are (height, width) in pixels, fractions are of the picture's area, distances in metres
-    along the optical axis, and null where there is no ground.
+    along the optical axis, and null where there is no ground, or no
+    map of it in the model file.
     """
     image_size, map_size = prediction.image_size, prediction.map_size
     camera = prediction.intrinsics.scaled(map_size, image_size)
-    depth_m = prediction.ground_depth_m[prediction.ground]
+    has_masks = prediction.has("ground_probability")
+    depth_m: Floats = np.empty(0, np.float32)
+    if has_masks and prediction.has("unmasked_ground_depth_m"):
+        depth_m = prediction.ground_depth_m[prediction.ground]
     return {
         "image": prediction.name,
         "image_size_px": list(image_size),
         "map_size_px": list(map_size),
         "ground_fraction": {
-            "visible": _fraction(prediction.visible_ground),
-            "hidden": _fraction(prediction.hidden_ground),
-            "all": _fraction(prediction.ground),
+            "visible": _fraction(prediction.visible_ground) if has_masks else None,
+            "hidden": _fraction(prediction.hidden_ground) if has_masks else None,
+            "all": _fraction(prediction.ground) if has_masks else None,
         },
         "ground_distance_m": {
             "nearest": float(depth_m.min()) if depth_m.size else None,

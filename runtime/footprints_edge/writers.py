@@ -13,6 +13,7 @@ from PIL import Image
 
 from footprints_edge.arrays import Floats, Mask
 from footprints_edge.errors import OutputError
+from footprints_edge.png import encode_png
 from footprints_edge.prediction import Prediction
 
 NAMELESS = "image"
@@ -114,23 +115,24 @@ def _write_whole(path: Path, data: bytes) -> None:
 
 
 def _overlay(prediction: Prediction) -> bytes:
-    from footprints_edge.overlay import draw_overlay
+    from footprints_edge.overlay import encode_overlay
 
-    return _png(draw_overlay(prediction))
+    return encode_overlay(prediction)
 
 
 def _npz(prediction: Prediction) -> bytes:
+    """What a model file without masks, or without depths, lacks is left out."""
     camera = prediction.intrinsics
     buffer = io.BytesIO()
+    names = ["visible_depth_m"] if prediction.has("visible_depth_m") else []
+    if prediction.has("ground_probability"):
+        names += ["visible_ground", "ground", "hidden_ground"]
+        names += ["visible_ground_probability", "ground_probability"]
+    if {"ground", "visible_depth_m"} <= set(names):
+        names.append("ground_depth_m")
     np.savez_compressed(
         buffer,
-        visible_ground=prediction.visible_ground,
-        ground=prediction.ground,
-        hidden_ground=prediction.hidden_ground,
-        visible_depth_m=prediction.visible_depth_m,
-        ground_depth_m=prediction.ground_depth_m,
-        visible_ground_probability=prediction.visible_ground_probability,
-        ground_probability=prediction.ground_probability,
+        **{name: getattr(prediction, name) for name in names},
         image_size=np.array(prediction.image_size),
         intrinsics=np.array([camera.fx, camera.fy, camera.cx, camera.cy]),
     )
@@ -149,6 +151,12 @@ def _ply(prediction: Prediction) -> bytes:
     return encode_ply(prediction)
 
 
+def _top_down_picture(prediction: Prediction) -> bytes:
+    from footprints_edge.top_down_picture import encode_top_down
+
+    return encode_top_down(prediction.top_down())
+
+
 def _map_png(prediction: Prediction) -> bytes:
     return prediction.top_down().map_png()
 
@@ -162,18 +170,12 @@ def _depth_png(depth_m: Floats) -> bytes:
     """uint16 millimetres; 0 where there is no depth, so nothing nearer than 1 mm."""
     known = np.isfinite(depth_m)
     millimetres = np.clip(np.rint(1000 * np.where(known, depth_m, 0)), known, FARTHEST_MM)
-    return _png(Image.fromarray(millimetres.astype(np.uint16)))
+    return encode_png(Image.fromarray(millimetres.astype(np.uint16)))
 
 
 def _mask_png(mask: Mask) -> bytes:
     """8-bit grey: 255 where True, 0 elsewhere."""
-    return _png(Image.fromarray(np.where(mask, np.uint8(255), np.uint8(0))))
-
-
-def _png(image: Image.Image) -> bytes:
-    buffer = io.BytesIO()
-    image.save(buffer, "PNG")
-    return buffer.getvalue()
+    return encode_png(Image.fromarray(np.where(mask, np.uint8(255), np.uint8(0))))
 
 
 FORMATS: Mapping[str, Mapping[str, Encoder]] = {
@@ -189,5 +191,6 @@ FORMATS: Mapping[str, Mapping[str, Encoder]] = {
     "json": {".json": _json},
     "ply": {".ply": _ply},
     "topdown": {_MAP_PNG: _map_png, ".topdown.yaml": _map_yaml},
+    "topdown_picture": {".topdown_picture.png": _top_down_picture},
 }
 """Each format's files: what is added to the picture's name, and what encodes it."""

@@ -6,6 +6,7 @@ import pytest
 from onnx import TensorProto, helper, numpy_helper
 
 from footprints_edge.geometry import Intrinsics
+from footprints_edge.images import DecodedImage
 from footprints_edge.metadata import ModelMetadata
 from footprints_edge.prediction import ModelInfo, Prediction
 
@@ -94,7 +95,7 @@ def predicted(camera):
             ground.astype(np.float32),
             ones if visible_depth_m is None else visible_depth_m.astype(np.float32),
             ones if ground_depth_m is None else ground_depth_m.astype(np.float32),
-            np.zeros((*visible.shape, 3), np.uint8),
+            DecodedImage(np.zeros((*visible.shape, 3), np.uint8)),
             camera,
             0.5,
             ModelInfo("made up", "fp32", "0" * 64, "none"),

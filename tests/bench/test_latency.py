@@ -30,7 +30,7 @@ from footprints_edge_bench.latency_plot import draw
 from footprints_edge_bench.latency_tables import as_json, markdown
 from footprints_edge_bench.machine import machine
 from footprints_edge_bench.made_photos import made_jpeg, made_photo
-from footprints_edge_bench.network_files import NetworkFiles
+from footprints_edge_bench.network_files import NetworkFiles, part_of
 
 SIZE = (64, 96)
 HAS_OPENVINO = importlib.util.find_spec("openvino") is not None
@@ -62,12 +62,32 @@ def report(files):
             sizes=[SIZE],
         )
     ]
-    rows = [row for row in rows if row.precision != "int8-nncf"]
+    rows = [row for row in rows if row.precision != "int8-nncf" and not part_of(row.precision)]
     return run(rows, Setting(files, 1), machine(), trials=2)
 
 
 def row_of(report, name):
     return next(row for row in report.rows if row.name == name)
+
+
+def test_a_part_is_compared_with_float32_of_the_same_part(tmp_path):
+    rows = contenders(["onnxruntime int8-depths"], sizes=[SIZE])
+    assert [row.network for row in rows] == ["edge", "reference"]
+    files = NetworkFiles(tmp_path, tmp_path / "no.pt")
+    report = run(rows, Setting(files, 1), machine(), trials=2)
+    edge, reference = report.rows
+    assert "no such checkpoint" in edge.reason
+    assert reference.reason is None
+    assert reference.accuracy["ground_iou"] is None
+    assert 0 < reference.accuracy["visible_depth_abs_rel"] < 0.5
+    (line,) = [line for line in markdown(report, [], None).splitlines() if "int8-depths |" in line]
+    assert line.split("|")[-3].strip() == "-"
+    assert line.split("|")[-2].strip().endswith("%")
+
+
+def test_the_edge_network_has_no_coarser_heads():
+    names = [row.name for row in contenders(["-scale"], sizes=[SIZE])]
+    assert names and all(name.startswith("reference") for name in names)
 
 
 def test_rows_that_ran_say_what_in(report):

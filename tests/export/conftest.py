@@ -63,11 +63,12 @@ def _graphs_once():
     """Remember the exporter's graph by architecture, weights and size."""
     made, to_graph = {}, convert_module.to_graph
 
-    def remembered(network, size):
+    def remembered(network, size, **how):
         first = next(iter(network.parameters()))
-        key = (type(network).__name__, first.sum().item(), size)
+        chosen = (getattr(network, "outputs", None), getattr(network, "scale", None))
+        key = (type(network).__name__, chosen, first.sum().item(), size)
         if key not in made:
-            made[key] = to_graph(network, size)
+            made[key] = to_graph(network, size, **how)
         graph = onnx.ModelProto()
         graph.CopyFrom(made[key])
         return graph
@@ -90,9 +91,20 @@ def conversion():
         name="test",
         licence=None,
         training=TRAINING,
+        outputs="all",
+        scale=1,
     ):
         return Conversion(
-            architecture, size, precision, calibration, target, name, licence, training
+            architecture,
+            size,
+            precision,
+            calibration,
+            target,
+            name,
+            licence,
+            training,
+            outputs,
+            scale,
         )
 
     return make

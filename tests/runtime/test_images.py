@@ -277,3 +277,75 @@ def test_an_endless_file_is_refused(tmp_path, monkeypatch):
     (tmp_path / "endless.png").write_bytes(bytes(1001))
     with pytest.raises(ImageError, match="1000 bytes"):
         decode(tmp_path / "endless.png")
+
+
+def photo(size):
+    """uint8 (h, w, 3): smooth, so that JPEG changes little; brighter to the right and downwards."""
+    y, x = np.mgrid[: size[0], : size[1]]
+    ramps = (255 * x / size[1], 255 * y / size[0], 127 + 60 * np.sin(x / 90) * np.sin(y / 70))
+    return np.stack(ramps, axis=-1).astype(np.uint8)
+
+
+def shrunk(rgb, size):
+    return np.asarray(Image.fromarray(rgb).resize(size[::-1], Image.Resampling.BOX)).astype(int)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("size", [(640, 960), (641, 961)])
+def test_a_large_jpeg_is_decoded_smaller_and_stays_the_same_picture(orientation, size, tmp_path):
+    upright = photo(size)
+    path = tmp_path / "large.jpg"
+    turned = stored(upright, orientation)
+    turned.save(path, exif=exif_of(orientation, 26), quality=95, subsampling=0)
+    decoded = decode(path, lambda found: (found[0] // 5, found[1] // 5))
+    assert decoded.pixels.shape == (-(-size[0] // 4), -(-size[1] // 4), 3)
+    assert decoded.size == size
+    assert (decoded.name, decoded.path, decoded.focal_35mm) == ("large.jpg", path, 26)
+    off = shrunk(decoded.pixels, (40, 60)) - shrunk(upright, (40, 60))
+    assert np.abs(off).max() <= 5
+    # reduced sums round a little upwards; a row of pixels too many, stretched over, makes it 0.9
+    assert np.abs(off.mean(axis=(0, 1))).max() < 0.5
+    np.testing.assert_array_equal(decoded.rgb, decode(path).rgb)
+    assert decoded.rgb is decoded.rgb
+
+
+def test_a_picture_is_decoded_no_smaller_than_it_is_needed():
+    data = encoded(Image.fromarray(photo((400, 800))), "JPEG")
+    for least, expected in {
+        (400, 800): (400, 800),
+        (201, 100): (400, 800),
+        (200, 400): (200, 400),
+        (100, 401): (400, 800),
+        (100, 200): (100, 200),
+        (1, 1): (50, 100),
+        (999, 999): (400, 800),
+    }.items():
+        decoded = decode(data, lambda _, least=least: least)
+        assert decoded.pixels.shape[:2] == expected
+        assert decoded.size == (400, 800)
+    small = decode(data, lambda _: (50, 100))
+    assert small.at_least((50, 100)) is small.pixels
+    assert small.at_least((51, 100)).shape == (100, 200, 3)
+
+
+@pytest.mark.parametrize("kind", ["PNG", "WEBP", "TIFF", "BMP"])
+def test_other_formats_and_sources_are_decoded_as_they_are(picture, kind):
+    data = encoded(Image.fromarray(picture), kind)
+    for source in (data, Image.open(io.BytesIO(data)), picture):
+        decoded = decode(source, lambda _: (1, 1))
+        np.testing.assert_array_equal(decoded.pixels, decode(source).rgb)
+        assert decoded.rgb is decoded.pixels
+
+
+def test_a_truncated_jpeg_is_refused_at_any_size():
+    data = encoded(Image.fromarray(photo((400, 800))), "JPEG")
+    with pytest.raises(ImageError, match="damaged"):
+        decode(data[: len(data) // 2], lambda _: (1, 1))
+
+
+def test_nothing_of_a_jpeg_is_decoded_twice_unless_it_is_asked_for(monkeypatch):
+    data = encoded(Image.fromarray(photo((400, 800))), "JPEG")
+    decoded = decode(data, lambda _: (100, 200))
+    monkeypatch.setattr(images, "_opened", lambda *_: pytest.fail("it was decoded again"))
+    assert decoded.size == (400, 800)
+    assert decoded.at_least((90, 200)).shape == (100, 200, 3)

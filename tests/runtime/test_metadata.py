@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from footprints_edge.errors import ModelError
-from footprints_edge.metadata import ModelMetadata
+from footprints_edge.metadata import OUTPUTS, ModelMetadata
 
 
 @pytest.mark.parametrize("focal_px", [None, 400.0, 123.456789])
@@ -64,3 +64,17 @@ def test_other_formats_are_refused(version, advice, metadata):
 def test_unreadable_values_are_refused(key, value, metadata):
     with pytest.raises(ModelError, match=key):
         ModelMetadata.from_props(metadata.to_props() | {f"footprints.{key}": value}, "m.onnx")
+
+
+@pytest.mark.parametrize("outputs", OUTPUTS)
+def test_only_a_file_that_lacks_maps_says_which_it_has(metadata, outputs):
+    props = replace(metadata, outputs=outputs).to_props()
+    assert props.get("footprints.outputs", "all") == outputs
+    assert ("footprints.outputs" in props) == (outputs != "all")
+    assert ModelMetadata.from_props(props, "a.onnx").outputs == outputs
+
+
+def test_unknown_outputs_are_refused(metadata):
+    props = metadata.to_props() | {"footprints.outputs": "normals"}
+    with pytest.raises(ModelError, match=r"a\.onnx.*'normals'.*all, masks, depths"):
+        ModelMetadata.from_props(props, "a.onnx")

@@ -193,3 +193,8 @@ def test_memory_stays_where_it_is(tiny):
         if count == 40:
             before_mb = resident_mb()
     assert resident_mb() - before_mb < 25
+
+
+def test_a_file_with_fewer_maps_than_it_says_is_refused(load_with, picture):
+    with pytest.raises(ModelError, match="gives 4 maps, where its metadata say that it has masks"):
+        load_with(outputs="masks").predict(picture)

@@ -1,9 +1,15 @@
+import json
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from footprints_edge.errors import MissingMapError
 from footprints_edge.geometry import Intrinsics, rays
+from footprints_edge.images import DecodedImage
+from footprints_edge.postprocessing import ABSENT
 from footprints_edge.prediction import ModelInfo, Prediction
 
 
@@ -14,7 +20,7 @@ def prediction_of(depth_m, image_size, probability=None):
         ground_probability=probability,
         visible_depth_m=depth_m,
         unmasked_ground_depth_m=depth_m,
-        rgb=np.zeros((*image_size, 3), np.uint8),
+        picture=DecodedImage(np.zeros((*image_size, 3), np.uint8)),
         intrinsics=Intrinsics(40, 50, 23.1, 15.3),
         threshold=0.5,
         model=ModelInfo("made up", "fp32", "0" * 64, "none"),
@@ -65,3 +71,46 @@ def test_predictions_are_read_only(field):
     prediction = prediction_of(np.ones((2, 2), np.float32), (2, 2))
     with pytest.raises(AttributeError):
         setattr(prediction, field, None)
+
+
+def test_what_a_model_file_lacks_is_told_where_it_is_asked_for():
+    depth_m = np.full((32, 48), 3, np.float32)
+    masks = replace(
+        prediction_of(depth_m, (64, 96)), visible_depth_m=ABSENT, unmasked_ground_depth_m=ABSENT
+    )
+    depths = replace(
+        prediction_of(depth_m, (64, 96)),
+        visible_ground_probability=ABSENT,
+        ground_probability=ABSENT,
+    )
+    for prediction in (masks, masks.at_image_size()):
+        assert prediction.ground.all() and not prediction.hidden_ground.any()
+        assert prediction.has("ground_probability") and not prediction.has("visible_depth_m")
+        for name in ("visible_depth_m", "unmasked_ground_depth_m", "ground_depth_m"):
+            with pytest.raises(MissingMapError, match=r"no depths.*--outputs masks"):
+                getattr(prediction, name)
+    for prediction in (depths, depths.at_image_size()):
+        np.testing.assert_allclose(prediction.visible_depth_m, 3, rtol=1e-6)
+        for name in ("ground", "visible_ground", "hidden_ground", "ground_depth_m"):
+            with pytest.raises(MissingMapError, match="no masks"):
+                getattr(prediction, name)
+    assert masks.at_image_size().map_size == depths.at_image_size().map_size == (64, 96)
+    with pytest.raises(AttributeError, match="nonsense"):
+        masks.nonsense  # noqa: B018
+
+
+def test_partial_predictions_are_written_as_far_as_they_go(tmp_path):
+    depth_m = np.full((32, 48), 3, np.float32)
+    masks = replace(
+        prediction_of(depth_m, (32, 48)), visible_depth_m=ABSENT, unmasked_ground_depth_m=ABSENT
+    )
+    masks.save(tmp_path, ["npz", "json"], name="a")
+    with np.load(tmp_path / "a.npz") as arrays:
+        assert arrays["ground"].all()
+        assert not [name for name in arrays if name.endswith("depth_m")]
+    facts = json.loads((tmp_path / "a.json").read_text())
+    assert facts["ground_fraction"]["all"] == 1
+    assert facts["ground_distance_m"]["nearest"] is None
+    with pytest.raises(MissingMapError):
+        masks.save(tmp_path, ["overlay"], name="a")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.json", "a.npz"]

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from footprints_edge.preprocessing import BUDGET_PX, preprocess, working_size
+from footprints_edge.preprocessing import BUDGET_PX, FILTERS, preprocess, working_size
 
 SIDES = st.integers(1, 20_000)
 
@@ -51,3 +51,20 @@ def test_preprocessing_is_pillows_resize(name, resampling):
     np.testing.assert_array_equal(
         result[0], np.asarray(Image.fromarray(rgb).resize((96, 64), resampling))
     )
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_a_much_larger_picture_comes_out_as_if_it_were_resized_at_once(name):
+    noise = np.random.default_rng(0).integers(0, 256, (75, 100, 3), np.uint8)
+    rgb = np.asarray(Image.fromarray(noise).resize((2000, 1500), Image.Resampling.BICUBIC))
+    exact = Image.fromarray(rgb).resize((192, 160), FILTERS[name])
+    off = np.abs(preprocess(rgb, (160, 192), name)[0].astype(int) - np.asarray(exact))
+    assert off.max() <= 3
+    assert np.percentile(off, 99) <= 1
+
+
+@given(st.integers(64, 5 * 64), st.integers(64, 5 * 96))
+def test_a_picture_of_no_more_than_six_times_the_size_is_resized_at_once(height, width):
+    rgb = np.random.default_rng(height).integers(0, 256, (height, width, 3), np.uint8)
+    exact = Image.fromarray(rgb).resize((96, 64), Image.Resampling.LANCZOS)
+    np.testing.assert_array_equal(preprocess(rgb, (64, 96))[0], np.asarray(exact))

@@ -7,19 +7,24 @@ import numpy as np
 
 from footprints_edge.arrays import Rgb
 from footprints_edge.errors import FootprintsError
+from footprints_edge.metadata import OUTPUTS
 from footprints_edge_bench.engines.contender import Contender, EngineError, Running, Setting
+from footprints_edge_bench.network_files import outputs_of
 
 ENGINES = {
-    "onnxruntime": ("int8", "fp32", "int8-stock", "fp32-stock"),
+    "onnxruntime": (
+        *("int8", "int8-masks", "int8-depths", "int8-scale2", "int8-scale4", "int8-stock"),
+        *("fp32", "fp32-masks", "fp32-depths", "fp32-scale2", "fp32-scale4", "fp32-stock"),
+    ),
     "torch": ("fp32",),
     "openvino": ("fp32", "bf16", "int8", "int8-nncf"),
     "ncnn": ("fp32",),
     "litert": ("fp32",),
 }
 """Engines and the precisions that they are asked for. ``-stock`` files are without our rewrites of
-the graph, which suit onnxruntime; OpenVINO's float rows start from them. Its ``int8`` is the very
-file that onnxruntime runs, ``int8-nncf`` the stock float file quantized by OpenVINO's own tool on
-the same pictures."""
+the graph, which suit onnxruntime; ``-masks``, ``-depths`` and ``-scale`` files compute only that.
+OpenVINO's float rows start from stock files. Its ``int8`` is the very file that onnxruntime runs,
+``int8-nncf`` the stock float file quantized by OpenVINO's own tool on the same pictures."""
 
 
 def open_contender(contender: Contender, setting: Setting) -> Running:
@@ -48,8 +53,9 @@ def open_contender(contender: Contender, setting: Setting) -> Running:
     except Exception as error:  # engines share no base class
         first = next(iter(str(error).splitlines()), "")
         raise EngineError(f"{type(error).__name__}: {first}") from error
-    if maps.shape != (1, 4, *contender.size) or not np.isfinite(maps).all():
-        raise EngineError(f"its maps {maps.shape} are not finite (1, 4, H, W)")
+    channels = len(OUTPUTS[outputs_of(contender.precision)])
+    if maps.shape != (1, channels, *contender.size) or not np.isfinite(maps).all():
+        raise EngineError(f"its maps {maps.shape} are not finite (1, {channels}, H, W)")
     return running
 
 
