@@ -26,6 +26,7 @@ from footprints_edge_bench.worst import Example, draw_examples
 
 WORST = 10
 """So many images are shown."""
+FLATTENED = ", flattened"
 NEEDS = {
     BOXES: "needs oriented boxes, --boxes FILE",
     VOXELS: "needs the scene in voxels, --voxels FOLDER",
@@ -73,12 +74,14 @@ class Benchmark:
         models: by the name of their rows; baselines start from the first one.
         extras: for some baselines.
         options: how the datasets were read, plain values.
+        flattened: whether each model has a second row, with ground depth laid onto its plane.
     """
 
     datasets: tuple[Dataset, ...]
     models: Mapping[str, Model]
     extras: Extras
     options: Mapping[str, Any]
+    flattened: bool = False
 
     def settings(self) -> dict[str, Any]:
         """Everything that the scores depend on, plain values."""
@@ -92,6 +95,7 @@ class Benchmark:
             "boxes": None if boxes is None else _sha256(boxes.read_bytes()),
             "voxels": None if self.extras.voxels is None else str(self.extras.voxels),
             **self.options,
+            **({"flattened": True} if self.flattened else {}),
         }
 
     def items(self) -> list[Item]:
@@ -100,10 +104,18 @@ class Benchmark:
 
     def predict(self, truth: Truth) -> dict[str, Prediction]:
         """Every model's prediction for an image, by the name of its row."""
-        return {
+        found = {
             row: model.predict(truth.image, intrinsics=truth.intrinsics)
             for row, model in self.models.items()
         }
+        if self.flattened:
+            found |= {f"{row}{FLATTENED}": each.flattened() for row, each in found.items()}
+        return found
+
+    def rows(self) -> list[str]:
+        """The names of the rows of models, in order."""
+        endings = ("", FLATTENED) if self.flattened else ("",)
+        return [row + ending for ending in endings for row in self.models]
 
 
 def name_models(models: Sequence[Model]) -> dict[str, Model]:
@@ -171,7 +183,7 @@ def write_reports(
     Returns:
         The Markdown.
     """
-    order = [*BASELINES, *benchmark.models]
+    order = [*BASELINES, *benchmark.rows()]
     groups = {each.name: [item.name for item in each.items] for each in benchmark.datasets}
     if len(groups) > 1:
         groups = {"All images": [item.name for item in benchmark.items()], **groups}

@@ -19,6 +19,22 @@ app = typer.Typer(
 )
 
 
+Frames = Annotated[
+    str, typer.Option(metavar="A:B", help="Part of each dataset; 0.8:1 is the last fifth.")
+]
+Every = Annotated[int, typer.Option(min=1, help="Take every so manieth image only.")]
+HeldOut = Annotated[
+    bool,
+    typer.Option(
+        "--held-out", help="Only what fp-train edge holds out of datasets it knows by name."
+    ),
+]
+Threads = Annotated[
+    int | None,
+    typer.Option(min=1, max=256, help="Threads of one frame.  [default: the usable cores]"),
+]
+
+
 @app.callback()
 def _root() -> None:
     """Measure the models of footprints-edge."""
@@ -50,22 +66,19 @@ def accuracy(
         str, typer.Option(metavar="ID,…", help="Class ids of ground in labelled photos.")
     ] = "",
     void: Annotated[str, typer.Option(metavar="ID,…", help="Class ids that are not scored.")] = "",
-    frames: Annotated[
-        str, typer.Option(metavar="A:B", help="Part of each dataset; 0.8:1 is the last fifth.")
-    ] = "0:1",
-    held_out: Annotated[
-        bool,
-        typer.Option(
-            "--held-out", help="Only what fp-train edge holds out of datasets it knows by name."
-        ),
-    ] = False,
-    every: Annotated[int, typer.Option(min=1, help="Score every so manieth image only.")] = 1,
+    frames: Frames = "0:1",
+    held_out: HeldOut = False,
+    every: Every = 1,
     boxes: Annotated[
         Path | None, typer.Option(help="JSON of oriented boxes, for the box baseline.")
     ] = None,
     voxels: Annotated[
         Path | None, typer.Option(help="Folder of voxel grids, for the voxel baselines.")
     ] = None,
+    flattened: Annotated[
+        bool,
+        typer.Option("--flattened", help="Also with ground depth laid onto the ground's plane."),
+    ] = False,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Throw away the results that are there already.")
     ] = False,
@@ -103,6 +116,7 @@ def accuracy(
                 "walkable": list(reading.walkable),
                 "void": list(reading.void),
             },
+            flattened,
         )
         results = Results(output / "results.jsonl", benchmark.settings(), fresh=fresh)
         with tqdm(total=len(benchmark.items()), unit="image", disable=None) as bar:
@@ -120,10 +134,147 @@ def accuracy(
             raise typer.Exit(SOME_FAILED)
 
 
-Threads = Annotated[
-    int | None,
-    typer.Option(min=1, max=256, help="Threads of one frame.  [default: the usable cores]"),
-]
+@app.command()
+def planning(
+    data: Annotated[
+        list[Path], typer.Argument(help="Folders with truth of hidden ground: clips, made scenes.")
+    ],
+    *,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder of planning.md and planning.csv.")
+    ] = Path("planning"),
+    model: Annotated[
+        list[str] | None, typer.Option(help="Model file, or a registered name; repeat for more.")
+    ] = None,
+    paths: Annotated[int, typer.Option(min=1, help="Paths on each image; the paper: 1.")] = 5,
+    seed: Annotated[int, typer.Option(min=0, help="Of the ends of the paths.")] = 0,
+    frames: Frames = "0:1",
+    held_out: HeldOut = False,
+    every: Every = 1,
+) -> None:
+    """Plan paths to hidden ground over each method's ground; prints the paper's table.
+
+    Exit codes: 0 all done, 1 some images failed, 2 wrong usage, 3 problem with the model.
+    """
+    with explained("bench"):
+        from tqdm import tqdm
+
+        from footprints_edge.model import load
+        from footprints_edge.planning import require_graph_search
+        from footprints_edge_bench.accuracy import Benchmark, Extras, name_models
+        from footprints_edge_bench.datasets import Part, Reading, open_datasets
+        from footprints_edge_bench.planning import as_markdown, plan_paths, write_paths
+
+        require_graph_search()
+        benchmark = Benchmark(
+            open_datasets(data, Reading(), Part.parse(frames, every, held_out=held_out)),
+            name_models([load(name) for name in model] if model else [load()]),
+            Extras({}),
+            {},
+        )
+        with tqdm(total=len(benchmark.items()), unit="image", disable=None) as bar:
+            scores, failures = plan_paths(benchmark, paths, seed, lambda _: bar.update())
+        markdown = as_markdown(benchmark, scores, failures, paths)
+        output.mkdir(parents=True, exist_ok=True)
+        (output / "planning.md").write_text(markdown, encoding="utf-8")
+        write_paths(scores, output / "planning.csv")
+        typer.echo(markdown, nl=False)
+        if failures:
+            raise typer.Exit(SOME_FAILED)
+
+
+@app.command("from-above")
+def from_above(
+    data: Annotated[
+        list[Path], typer.Argument(help="Folders with truth of all four maps: made scenes, clips.")
+    ],
+    *,
+    model: Annotated[
+        list[str] | None, typer.Option(help="Model file, or a registered name; repeat for more.")
+    ] = None,
+    frames: Frames = "0:1",
+    held_out: HeldOut = False,
+    every: Every = 1,
+) -> None:
+    """Print how right free space in metres is: top-down grids against those of exact maps.
+
+    Exit codes: 0 done, 2 wrong usage, 3 problem with the model.
+    """
+    with explained("bench"):
+        from tqdm import tqdm
+
+        from footprints_edge.model import load
+        from footprints_edge_bench.accuracy import Benchmark, Extras, name_models
+        from footprints_edge_bench.datasets import Part, Reading, open_datasets
+        from footprints_edge_bench.from_above import as_markdown, score_grids
+
+        benchmark = Benchmark(
+            open_datasets(data, Reading(), Part.parse(frames, every, held_out=held_out)),
+            name_models([load(name) for name in model] if model else [load()]),
+            Extras({}),
+            {},
+        )
+        with tqdm(total=len(benchmark.items()), unit="image", disable=None) as bar:
+            scores = score_grids(benchmark, lambda _: bar.update())
+        typer.echo(as_markdown(scores), nl=False)
+
+
+@app.command()
+def steadiness(
+    clips: Annotated[list[Path], typer.Argument(help="Folders of RGB-D clips with poses.")],
+    *,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write it as Markdown, here.")
+    ] = None,
+    model: Annotated[str | None, typer.Option(help="Model file, or a registered name.")] = None,
+    frames: Frames = "0:1",
+    every: Every = 1,
+) -> None:
+    """Print how much maps flicker frame by frame and smoothed, and what smoothing costs.
+
+    Exit codes: 0 all done, 2 wrong usage, 3 problem with the model.
+    """
+    with explained("bench"):
+        from footprints_edge.model import load
+        from footprints_edge_bench.datasets import Part
+        from footprints_edge_bench.steadiness import WAYS, as_markdown, measure
+
+        loaded, part = load(model), Part.parse(frames, every)
+        markdown = as_markdown(
+            {clip.resolve().name: measure(clip, part, loaded, WAYS) for clip in clips}
+        )
+        if output is not None:
+            output.write_text(markdown, encoding="utf-8")
+        typer.echo(markdown, nl=False)
+
+
+@app.command("video")
+def video_command(
+    video: Annotated[Path, typer.Argument(help="A video file.")],
+    *,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write it as JSON, to this file.")
+    ] = None,
+    model: Annotated[str | None, typer.Option(help="Model file, or a registered name.")] = None,
+    threads: Threads = None,
+    length: Annotated[
+        int, typer.Option(min=400, help="Frames to run; the video is repeated until they are full.")
+    ] = 2000,
+) -> None:
+    """Print how fast a video goes through fp-infer, against inference alone, and its memory.
+
+    Exit codes: 0 all done, 2 wrong usage, 3 problem with the model.
+    """
+    with explained("bench"):
+        from footprints_edge.model import load
+        from footprints_edge_bench.video_speed import measure_video
+
+        found = measure_video(video, load(model, threads=threads), length)
+        if output is not None:
+            output.write_text(found.as_json(), encoding="utf-8")
+        typer.echo(found.as_markdown(), nl=False)
+
+
 EdgeCheckpoint = Annotated[
     Path, typer.Option(help="Weights of the edge network, for its float rows.")
 ]

@@ -36,21 +36,32 @@ def read_clip(folder: Path) -> Iterator[Item]:
     Raises:
         SequenceError: the folder is not laid out as expected.
     """
-    from footprints_edge_models.sequences.folders import read_sequence_folder
-
-    clip = _Clip(read_sequence_folder(folder))
+    clip = open_clip(folder)
     for frame in clip.sequence.frames:
         yield Item(frame.name, partial(clip.truth, frame))
 
 
-class _Clip:
+def open_clip(folder: Path) -> "Clip":
+    """A clip, of which nothing but its description is read yet.
+
+    Raises:
+        SequenceError: the folder is not laid out as expected.
+    """
+    from footprints_edge_models.sequences.folders import read_sequence_folder
+
+    return Clip(read_sequence_folder(folder))
+
+
+class Clip:
     """A clip and the map of its floor."""
 
     def __init__(self, sequence: "Sequence") -> None:
+        """Of a sequence; its map is made when it is first asked for."""
         self.sequence = sequence
 
     @cached_property
     def floor_map(self) -> "FloorMap":
+        """Of all frames."""
         from footprints_edge_models.floor_map import build_floor_map, fit_floor
 
         frames = [frame.measured() for frame in self.sequence.frames]
@@ -58,6 +69,7 @@ class _Clip:
         return build_floor_map(frames, fit_floor(frames[::_PLANE_STRIDE], up))
 
     def truth(self, frame: "SequenceFrame") -> Truth:
+        """What is known of a frame."""
         from footprints_edge_models.floor_map import FREE, OCCUPIED, ground_by_depth
         from footprints_edge_models.samples import UNKNOWN, YES
 

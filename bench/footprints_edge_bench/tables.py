@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from footprints_edge_bench.baselines import NOTHING, ORACLE
+from footprints_edge_bench.baselines import NOTHING
 from footprints_edge_bench.summary import Summary
 
 Rows = Mapping[str, Mapping[str, Summary]]
@@ -73,8 +73,8 @@ TABLES: dict[str, tuple[Column, ...]] = {
 def tables(rows: Rows) -> str:
     """Every table that has something in it.
 
-    The best figure of a column is bold, the second underlined; the oracle, which sees the truth,
-    does not compete.
+    The best figure of a column is bold, the second underlined; what sees the truth (‡) does not
+    compete.
     """
     parts = []
     for title, columns in TABLES.items():
@@ -84,7 +84,7 @@ def tables(rows: Rows) -> str:
             if any(column.part in summaries for column in columns)
         }
         if any(not math.isnan(value) for values in present.values() for value in values):
-            parts.append(f"#### {title}\n\n{_table(present, columns, _labels(rows, columns))}")
+            parts.append(f"#### {title}\n\n{table(present, columns, _labels(rows, columns))}")
     return "\n\n".join(parts)
 
 
@@ -103,9 +103,16 @@ def _labels(rows: Rows, columns: tuple[Column, ...]) -> Callable[[str], str]:
     return label
 
 
-def _table(
+def table(
     rows: Mapping[str, list[float]], columns: tuple[Column, ...], label: Callable[[str], str]
 ) -> str:
+    """One table.
+
+    Args:
+        rows: figures by row, in the order of the columns; NaN where there is none.
+        columns: those without any figure are left out.
+        label: how a row is called.
+    """
     kept = [i for i in range(len(columns)) if any(not math.isnan(v[i]) for v in rows.values())]
     lines = [
         "| | " + " | ".join(columns[i].heading for i in kept) + " |",
@@ -123,7 +130,7 @@ def _ranks(rows: Mapping[str, list[float]], index: int, column: Column) -> list[
     competing = {
         f"{values[index]:.3f}"
         for name, values in rows.items()
-        if name != ORACLE and not math.isnan(values[index])
+        if not name.endswith("‡") and not math.isnan(values[index])
     }
     return sorted(competing, key=float, reverse=not column.lowest_is_best)[:2]
 

@@ -88,7 +88,7 @@ def find_path(
                 f"{where} is nearer than margin_m={margin_m:g} to an obstacle; "
                 "choose another, or a smaller margin"
             )
-    route, cost = _cheapest(np.where(safe, 1 - probability + STEP_COST, -1), ends[0], ends[1])
+    route, cost = cheapest_route(np.where(safe, 1 - probability + STEP_COST, -1), ends[0], ends[1])
     if route is None:
         raise NoPathError(
             f"no way on {'visible ' if ground == 'visible' else ''}ground joins "
@@ -152,12 +152,36 @@ def _near_obstacles(
     edges_m = edges_m[np.isfinite(edges_m).all(axis=1)]
     near = np.zeros_like(walkable)
     if len(edges_m):
-        rows, columns = np.nonzero(walkable)
+        rows, columns = np.nonzero(_perhaps_near(walkable, plane, intrinsics, margin_m))
         places_m = plane.at_pixels(np.stack([columns, rows], axis=1), intrinsics)
         known = np.isfinite(places_m).all(axis=1)
         distance_m, _ = cKDTree(edges_m).query(places_m[known], distance_upper_bound=margin_m)
         near[rows[known], columns[known]] = np.isfinite(distance_m)
     return near
+
+
+def _perhaps_near(
+    walkable: Mask, plane: GroundPlane, intrinsics: Intrinsics, margin_m: float
+) -> Mask:
+    """Walkable pixels without those that are farther from all obstacles, by their pixels alone.
+
+    Points of depth z that are m metres apart are at most f m (1 + t) / (z - m) pixels apart along
+    x or y, with t the larger slope of the ray: a bound that costs far less than the distance.
+    """
+    from scipy.ndimage import distance_transform_cdt
+
+    height, width = walkable.shape
+    across = ((np.arange(width) - intrinsics.cx) / intrinsics.fx).astype(np.float32)[None, :]
+    along = ((np.arange(height) - intrinsics.cy) / intrinsics.fy).astype(np.float32)[:, None]
+    fall = -(plane.up[0] * across + plane.up[1] * along + plane.up[2])
+    slope = np.maximum(np.abs(across), np.abs(along))
+    focal_px = max(intrinsics.fx, intrinsics.fy)
+    nearness = fall / plane.camera_height_m
+    # f m (1 + t) / (z - m) with z = 1 / nearness; half a pixel to the edge, half for rounding
+    away_px = distance_transform_cdt(walkable, "chessboard") - 1
+    far = away_px * (1 - margin_m * nearness) > focal_px * margin_m * nearness * (1 + slope)
+    perhaps: Mask = walkable & ~(far & (nearness > 0))
+    return perhaps
 
 
 def require_graph_search() -> None:
@@ -176,7 +200,7 @@ def require_graph_search() -> None:
         ) from None
 
 
-def _cheapest(
+def cheapest_route(
     costs: NDArray[np.floating], start: tuple[int, int], goal: tuple[int, int]
 ) -> tuple[NDArray[np.intp] | None, float]:
     """The (N, 2) rows and columns of the cheapest path, and its cost; None where there is none.

@@ -47,6 +47,11 @@ class TopDown:
     plane: GroundPlane
 
     @property
+    def places_m(self) -> NDArray[np.float64]:
+        """float64 (rows, columns, 2): x and y of the cells' centres."""
+        return _centres_m(self.cells.shape[0], self.cell_m)
+
+    @property
     def free(self) -> Mask:
         """Bool (rows, columns): ground, seen or hidden."""
         return self.cells >= VISIBLE
@@ -142,9 +147,7 @@ def look_from_above(prediction: Prediction, cell_m: float = 0.05, range_m: float
     plane = prediction.ground_plane()
     rows = round(range_m / cell_m)
     columns = 2 * rows
-    places_m = np.empty((rows, columns, 2))
-    places_m[..., 0] = (rows - np.arange(rows)[:, None] - 0.5) * cell_m
-    places_m[..., 1] = (columns / 2 - np.arange(columns) - 0.5) * cell_m
+    places_m = _centres_m(rows, cell_m)
     x, y = np.moveaxis(plane.to_pixels(places_m, camera), -1, 0)
     height, width = prediction.map_size
     with np.errstate(invalid="ignore"):
@@ -165,3 +168,11 @@ def look_from_above(prediction: Prediction, cell_m: float = 0.05, range_m: float
         beside |= free[down : down + rows, right : right + columns]
     cells[seen & beside & (cells < VISIBLE)] = OCCUPIED  # here something ends the free ground
     return TopDown(cells, cell_m, plane)
+
+
+def _centres_m(rows: int, cell_m: float) -> NDArray[np.float64]:
+    """Where the centres are, x and y, of so many rows of cells, and twice as many columns."""
+    places_m = np.empty((rows, 2 * rows, 2))
+    places_m[..., 0] = (rows - np.arange(rows)[:, None] - 0.5) * cell_m
+    places_m[..., 1] = (rows - np.arange(2 * rows) - 0.5) * cell_m
+    return places_m

@@ -18,6 +18,8 @@ from footprints_edge.errors import (
     PlanningError,
 )
 from footprints_edge.geometry import Intrinsics
+from footprints_edge.ground_plane import GroundPlane
+from footprints_edge.images import DecodedImage
 from footprints_edge.planning import STEP_COST
 from footprints_edge.prediction import ModelInfo, Prediction
 
@@ -40,7 +42,7 @@ def world(probability, visible=None, times=1):
         ground_probability=probability,
         visible_depth_m=depth_m,
         unmasked_ground_depth_m=depth_m,
-        rgb=np.zeros((times * rows, times * columns, 3), np.uint8),
+        picture=DecodedImage(np.zeros((times * rows, times * columns, 3), np.uint8)),
         intrinsics=CAMERA,
         threshold=0.5,
         model=ModelInfo("made up", "fp32", "0" * 64, "none"),
@@ -134,6 +136,36 @@ def test_the_margin_is_metres_near_and_far(row):
     between = path.places_m[:, None] - np.concatenate(corners)
     assert np.linalg.norm(between, axis=-1).min() >= margin_m - 1e-3
     assert path.length_m > prediction.plan(start, goal).length_m
+
+
+@settings(max_examples=30)
+@given(
+    st.integers(0, 2**32 - 1),
+    st.floats(0.02, 1.0),
+    st.floats(-25, 25),
+    st.sampled_from([0.3, 1.5, 4.0]),
+)
+def test_the_margin_closes_exactly_what_is_nearer_on_the_plane(seed, margin_m, roll_deg, height_m):
+    """Against all distances, for cameras that look down by up to 90 degrees and lean aside."""
+    rng = np.random.default_rng(seed)
+    pitch, roll = np.radians(rng.uniform(-5, 90)), np.radians(roll_deg)
+    down = np.cos(pitch) * np.array([np.sin(roll), np.cos(roll), 0])
+    plane = GroundPlane(-down - [0, 0, np.sin(pitch)], height_m, 0.0)
+    small = Intrinsics(*rng.uniform(20, 60, 2), 15.5, rng.uniform(0, 20))
+    walkable = rng.random((24, 32)) > rng.choice([0.02, 0.2])
+    walkable[:, rng.integers(32) :] = True
+    found = planning._near_obstacles(walkable, plane, small, margin_m)
+    rows, columns = np.nonzero(walkable)
+    places_m = plane.at_pixels(np.stack([columns, rows], axis=1).astype(float), small)
+    across = np.argwhere(walkable[:, 1:] != walkable[:, :-1])[:, ::-1] + [0.5, 0]
+    below = np.argwhere(walkable[1:] != walkable[:-1])[:, ::-1] + [0, 0.5]
+    edges_m = plane.at_pixels(np.concatenate([across, below]), small)
+    edges_m = edges_m[np.isfinite(edges_m).all(axis=1)]
+    with np.errstate(invalid="ignore"):
+        between_m = np.linalg.norm(places_m[:, None] - edges_m, axis=-1)
+        expected = (between_m < margin_m).any(axis=1)
+    np.testing.assert_array_equal(found[rows, columns], expected)
+    assert not found[~walkable].any()
 
 
 def test_a_gap_narrower_than_twice_the_margin_is_closed():

@@ -9,6 +9,7 @@ from PIL import Image
 from footprints_edge.errors import GroundPlaneError, OutputError
 from footprints_edge.geometry import Intrinsics
 from footprints_edge.ground_plane import fit_ground_plane
+from footprints_edge.images import DecodedImage
 from footprints_edge.prediction import ModelInfo, Prediction
 from footprints_edge.top_down import HIDDEN, OCCUPIED, UNKNOWN, VISIBLE, TopDown
 
@@ -43,12 +44,11 @@ def exact():
         ground_probability=ground.astype(np.float32),
         visible_depth_m=np.minimum(box_m, floor_m).astype(np.float32),
         unmasked_ground_depth_m=floor_m.astype(np.float32),
-        rgb=np.zeros((*SIZE, 3), np.uint8),
+        picture=DecodedImage(np.zeros((*SIZE, 3), np.uint8), "room.jpg"),
         intrinsics=CAMERA,
         threshold=0.5,
         model=ModelInfo("made up", "fp32", "0" * 64, "none"),
         timings_ms={},
-        name="room.jpg",
     )
 
 

@@ -12,7 +12,7 @@ from footprints_edge.errors import FootprintsError, ModelError
 SOME_FAILED = 1
 USAGE = 2
 MODEL_PROBLEM = 3
-_INTERRUPTED = 130  # what shells report for SIGINT
+INTERRUPTED = 130  # what shells report for SIGINT
 _BROKEN_PIPE = 141  # and for SIGPIPE
 
 
@@ -39,7 +39,7 @@ def explained(extra: str | None = None) -> Iterator[None]:
         complain(f"Error: this needs the package {error.name}; install it with: {install}")
         raise typer.Exit(USAGE) from None
     except KeyboardInterrupt:
-        raise typer.Exit(_INTERRUPTED) from None
+        raise typer.Exit(INTERRUPTED) from None
     except BrokenPipeError:  # the reader, such as `head`, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise typer.Exit(_BROKEN_PIPE) from None

@@ -24,7 +24,10 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions
 @app.command()
 def infer(
     images: Annotated[
-        list[str], typer.Argument(help="Pictures, folders of pictures, or - for standard input.")
+        list[str],
+        typer.Argument(
+            help="Pictures, folders of pictures, - for standard input; videos, rtsp://…, camera:0."
+        ),
     ],
     *,
     output: Annotated[
@@ -37,7 +40,8 @@ def infer(
         list[str] | None,
         typer.Option(
             "--format",
-            help="overlay (if not given), npz, png16, json, ply, topdown; several with commas.",
+            help="overlay (if not given), npz, png16, json, ply, topdown, topdown_picture; several "
+            "with commas. Of videos: overlay, json.",
         ),
     ] = None,
     model: Annotated[
@@ -67,6 +71,25 @@ def infer(
     margin: Annotated[
         float, typer.Option(min=0, help="Metres that the path keeps from obstacles.")
     ] = 0.0,
+    every: Annotated[
+        int, typer.Option(min=1, help="Of a video: look at every so manieth frame only.")
+    ] = 1,
+    max_fps: Annotated[
+        float | None, typer.Option(help="Of a video: look at so many frames a second at most.")
+    ] = None,
+    raw: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WxH[@FPS]",
+            help="Standard input holds raw RGB frames of this size: ffmpeg … | fp-infer - --raw …",
+        ),
+    ] = None,
+    smooth: Annotated[
+        bool, typer.Option("--smooth", help="Of a video: keep the maps steady.")
+    ] = False,
+    panel: Annotated[
+        bool, typer.Option("--panel", help="Show the ground from above beside the overlay.")
+    ] = False,
     recursive: Annotated[
         bool, typer.Option("--recursive", help="Look into the sub-folders of folders.")
     ] = False,
@@ -84,7 +107,7 @@ def infer(
         typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
     ] = False,
 ) -> None:
-    """Find the walkable ground in pictures, seen and hidden, and its distance in metres.
+    """Find the walkable ground in pictures and videos, seen and hidden, and its distance in metres.
 
     Prints the files that it wrote. Exit codes: 0 all done, 1 some pictures failed,
     2 wrong usage, 3 problem with the model.
@@ -92,18 +115,38 @@ def infer(
     with explained():
         from footprints_edge.cli.batch import plan
         from footprints_edge.registry import resolve
+        from footprints_edge.video import Pace, RawFormat
 
         warnings.filterwarnings("ignore", module=r"PIL\.")  # what matters arrives as ImageError
         camera = _camera(fx, fy, cx, cy, hfov)
         wanted = [part.strip() for text in formats or ["overlay"] for part in text.split(",")]
-        extra = {".path.png": _path_encoder(path, margin)} if path else None
-        batch = plan(images, wanted, output, recursive=recursive, overwrite=overwrite, extra=extra)
+        extra = {".path.png": _path_encoder(path, margin)} if path else {}
+        if panel and "overlay" in wanted:
+            extra[".overlay.png"] = _overlay_with_panel
+        pace = Pace(every, max_fps)
+        videos = _videos_among(images, raw)
+        pictures = [name for name in images if name not in videos]
+        if videos and path:
+            raise typer.BadParameter("--path is for pictures: its pixels are those of one frame")
+        if not videos and (smooth or pace != Pace()):
+            raise typer.BadParameter("--every, --max-fps and --smooth are for videos")
+        batch = plan(
+            pictures, wanted, output, recursive=recursive, overwrite=overwrite, extra=extra
+        )
         resolve(model)  # a wrong name shows even where there is nothing to do
-        if batch.tasks:
+        if batch.tasks or videos:
             from footprints_edge.model import load
 
             loaded = load(model, threads=threads)
             _work(batch, loaded, camera, threshold, quiet=quiet, verbose=verbose)
+        if videos:
+            from footprints_edge.cli.video import VideoOptions, infer_videos
+
+            layout = RawFormat.parse(raw) if raw else None
+            options = VideoOptions(
+                pace, layout, smooth, panel, wanted, output, overwrite=overwrite, quiet=quiet
+            )
+            infer_videos(videos, options, loaded, camera, threshold, batch)
         _close(batch, quiet=quiet)
 
 
@@ -138,6 +181,23 @@ def _camera(
         return Intrinsics(fx, fy, centre_x, centre_y)
 
     return from_size
+
+
+def _videos_among(named: list[str], raw: str | None) -> list[str]:
+    """Those arguments that name videos, streams and cameras, or the pipe of raw frames."""
+    from footprints_edge.video import is_video
+
+    if raw is None:
+        return [name for name in named if is_video(name)]
+    if named != ["-"]:
+        raise typer.BadParameter("--raw says what standard input holds; give - and nothing else")
+    return named
+
+
+def _overlay_with_panel(prediction: "Prediction") -> bytes:
+    from footprints_edge.overlay import encode_overlay
+
+    return encode_overlay(prediction, top_down=True)
 
 
 def _path_encoder(ends: tuple[str, str], margin_m: float) -> "Encoder":

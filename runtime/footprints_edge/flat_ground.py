@@ -1,0 +1,35 @@
+"""Ground depth laid onto the ground's plane, where it lies near to it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from footprints_edge.errors import GroundPlaneError
+from footprints_edge.geometry import rays
+from footprints_edge.prediction import Prediction
+
+FLAT = 0.1
+"""Where the median of |ln(depth / depth of the plane)| over the ground is less, it is flat."""
+
+_WHOLLY, _NOT_AT_ALL = 0.4, 0.8
+"""Up to the first, a pixel's |ln(depth / depth of the plane)| is taken for the network's error and
+the pixel laid onto the plane; from the second on, for another surface."""
+
+
+def flatten(prediction: Prediction) -> Prediction:
+    """The same with ground depth on the plane; see `Prediction.flattened`."""
+    try:
+        plane = prediction.ground_plane()
+    except GroundPlaneError:
+        return prediction
+    nearness = np.reciprocal(prediction.unmasked_ground_depth_m)
+    fall = -(rays(prediction.intrinsics, prediction.map_size) @ plane.up.astype(np.float32))
+    flat_nearness = fall / np.float32(plane.camera_height_m)
+    below = flat_nearness > np.float32(1e-4)
+    ratio = np.where(below, flat_nearness, 1) / nearness
+    away = np.where(below, np.abs(np.log(ratio)), np.inf)
+    if np.median(away[prediction.ground]) > FLAT:
+        return prediction
+    share = np.clip((_NOT_AT_ALL - away) / (_NOT_AT_ALL - _WHOLLY), 0, 1).astype(np.float32)
+    mixed = np.where(share > 0, nearness + share * (flat_nearness - nearness), nearness)
+    return replace(prediction, unmasked_ground_depth_m=np.reciprocal(mixed))
