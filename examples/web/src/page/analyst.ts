@@ -1,0 +1,79 @@
+/** The page's end of the line to the worker that looks at pictures. */
+
+import type { Point } from "../core/maps";
+import type { ModelFacts } from "../core/model-facts";
+import type { GroundPath, NoPath } from "../core/path";
+import type { Analysis, Asked, Engine, Replied, Reply, Request, Task } from "../messages";
+
+type Kind = Reply["kind"];
+type ReplyOf<K extends Kind> = Extract<Reply, { kind: K }>;
+
+/** A worker with a loaded model. */
+export class Analyst {
+  private readonly worker = new Worker(new URL("../workers/analyst.ts", import.meta.url), {
+    type: "module",
+  });
+  private readonly waiting = new Map<number, (reply: Reply) => void>();
+  private asked = 0;
+  facts!: ModelFacts;
+  threads = 1;
+
+  private constructor(readonly engine: Engine) {
+    this.worker.onmessage = ({ data: { id, reply } }: MessageEvent<Replied>) => {
+      this.waiting.get(id)?.(reply);
+      this.waiting.delete(id);
+    };
+    this.worker.onerror = ({ message }) => {
+      const reply: Reply = { kind: "failed", message: message || "the worker did not start" };
+      for (const answer of this.waiting.values()) answer(reply);
+      this.waiting.clear();
+    };
+  }
+
+  /**
+   * Starts a worker, which fetches and loads the model.
+   *
+   * @throws Error If a file cannot be fetched or the engine does not start on this device.
+   */
+  static async start(engine: Engine): Promise<Analyst> {
+    const analyst = new Analyst(engine);
+    try {
+      const { facts, threads } = await analyst.ask({ kind: "start", engine }, "started");
+      return Object.assign(analyst, { facts, threads });
+    } catch (error) {
+      analyst.stop();
+      throw error;
+    }
+  }
+
+  /** Looks at a picture, which is handed over and comes back with the result. */
+  async analyse(task: Task): Promise<Analysis> {
+    const reply = await this.ask({ kind: "analyse", ...task }, "analysed", [task.picture]);
+    return reply.result;
+  }
+
+  /** A path in the last picture; null if there was none yet. */
+  async findPath(goal: Point): Promise<GroundPath | NoPath | null> {
+    return (await this.ask({ kind: "path", goal }, "path")).path;
+  }
+
+  stop(): void {
+    this.worker.terminate();
+  }
+
+  private ask<K extends Kind>(
+    request: Request,
+    kind: K,
+    transfer: Transferable[] = [],
+  ): Promise<ReplyOf<K>> {
+    const id = this.asked++;
+    return new Promise((resolve, reject) => {
+      this.waiting.set(id, (reply) => {
+        if (reply.kind === "failed") reject(new Error(reply.message));
+        else if (reply.kind === kind) resolve(reply as ReplyOf<K>);
+        else reject(new Error(`the worker answered ${reply.kind} where ${kind} was asked for`));
+      });
+      this.worker.postMessage({ id, request } satisfies Asked, transfer);
+    });
+  }
+}

@@ -1,0 +1,149 @@
+"""The example programs, held against the test vectors of the bundled model."""
+
+import ast
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import onnxruntime
+import pytest
+from PIL import Image
+
+import footprints_edge as fp
+from footprints_edge_export.vector_check import check_vectors
+from footprints_edge_export.vectors import write_vectors
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+EXAMPLES = CHECKOUT / "examples"
+ROOM = EXAMPLES / "room.jpg"
+
+
+@pytest.fixture(scope="module")
+def model():
+    return fp.load(threads=1)
+
+
+@pytest.fixture(scope="module")
+def vectors(model, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("vectors")
+    write_vectors(model, folder)
+    return folder
+
+
+def run(*words, **options):
+    return subprocess.run(
+        [*map(str, words)], check=True, capture_output=True, text=True, timeout=300, **options
+    )
+
+
+def differing(vectors, outputs):
+    findings = check_vectors(vectors, outputs)
+    assert "input" in {finding.quantity for finding in findings}
+    return [str(finding) for finding in findings if not finding.holds]
+
+
+def test_the_minimal_program_is_short_and_needs_three_packages():
+    text = (EXAMPLES / "embed_minimal.py").read_text()
+    assert len(text.splitlines()) < 60
+    imports = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Import | ast.ImportFrom)]
+    names = {getattr(n, "module", None) or n.names[0].name for n in imports}
+    assert names - set(sys.stdlib_module_names) == {"numpy", "onnxruntime", "PIL"}
+
+
+def test_the_minimal_program_gives_the_vectors(model, vectors, tmp_path):
+    run(sys.executable, EXAMPLES / "embed_minimal.py", model.path, vectors, tmp_path)
+    assert differing(vectors, tmp_path) == []
+
+
+def test_the_minimal_program_takes_a_picture(model, tmp_path):
+    run(sys.executable, EXAMPLES / "embed_minimal.py", model.path, ROOM, cwd=tmp_path)
+    assert Image.open(tmp_path / "ground.png").size == Image.open(ROOM).size
+    depth_m = np.load(tmp_path / "ground_depth_m.npy")
+    ground = model.predict(ROOM).ground
+    assert (np.isfinite(depth_m) & ground).sum() / (np.isfinite(depth_m) | ground).sum() > 0.9
+
+
+@pytest.fixture(scope="module")
+def node():
+    """The function that runs one of the programs for Node."""
+    if not (EXAMPLES / "node" / "node_modules").is_dir() or shutil.which("npm") is None:
+        pytest.skip(
+            "the Node example is not installed: "
+            "ONNXRUNTIME_NODE_INSTALL=skip npm ci --prefix examples/node"
+        )
+
+    def start(script, *words):
+        return run("npm", "run", "--silent", script, "--", *words, cwd=EXAMPLES / "node")
+
+    return start
+
+
+def test_node_gives_the_vectors(node, model, vectors, tmp_path):
+    node("vectors", model.path, vectors, tmp_path)
+    assert differing(vectors, tmp_path) == []
+
+
+def test_node_takes_pictures_and_prints_a_line_of_json_each(node, model, tmp_path):
+    photo = tmp_path / "room.jpg"
+    shutil.copyfile(ROOM, photo)
+    turned = tmp_path / "turned.jpg"
+    exif = Image.Exif()
+    exif[0x112] = 6  # was held upright: to be turned by 90 degrees
+    Image.open(ROOM).transpose(Image.Transpose.ROTATE_90).save(turned, quality=95, exif=exif)
+    lines = node("find-ground", model.path, photo, turned).stdout.splitlines()
+    for path, line in zip((photo, turned), lines, strict=True):
+        found = json.loads(line)
+        expected = model.predict(path)
+        assert found["image"] == path.name
+        assert tuple(found["image_size_px"]) == expected.image_size
+        assert tuple(found["map_size_px"]) == expected.map_size
+        focal = expected.intrinsics.scaled(expected.map_size, expected.image_size).focal_px
+        assert found["camera"]["focal_length_px"] == pytest.approx(focal, rel=1e-6)
+        assert found["camera"]["source"] == expected.intrinsics.source
+        # JPEG decoders differ by a level or so, and int8 makes more of it.
+        assert found["ground_fraction"]["all"] == pytest.approx(expected.ground.mean(), abs=0.03)
+        mask = np.asarray(Image.open(f"{path}.ground.png")) > 0
+        assert mask.mean() == pytest.approx(found["ground_fraction"]["all"])
+
+
+@pytest.fixture(scope="module")
+def find_ground(tmp_path_factory):
+    """The C program, compiled against the library that the onnxruntime wheel carries.
+
+    The wheel brings no header; where none is installed, a stand-in declares what is called.
+    """
+    compiler = shutil.which("cc")
+    capi = Path(onnxruntime.__file__).parent / "capi"
+    library = next(capi.glob("libonnxruntime.so*"), None)
+    if compiler is None or library is None:
+        pytest.skip("no C compiler, or a wheel of onnxruntime without its shared library")
+    folder = tmp_path_factory.mktemp("c")
+    (folder / "libonnxruntime.so.1").symlink_to(library)  # the name that it goes by
+    include = os.environ.get("ONNXRUNTIME_INCLUDE", CHECKOUT / "tests" / "stand_in")
+    sources = [EXAMPLES / "c" / name for name in ("find_ground.c", "resize.c")]
+    strict = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2", f"-I{include}"]
+    linked = [folder / "libonnxruntime.so.1", f"-Wl,-rpath,{folder}", "-lm"]
+    run(compiler, *strict, *sources, *linked, "-o", folder / "find_ground")
+    return folder / "find_ground"
+
+
+def test_c_gives_the_vectors(find_ground, model, vectors, tmp_path):
+    for entry in json.loads((vectors / "vectors.json").read_text())["vectors"]:
+        picture, outputs = tmp_path / "picture.ppm", tmp_path / "out" / entry["name"]
+        outputs.mkdir(parents=True)
+        Image.open(vectors / entry["files"]["image"]).save(picture)
+        camera = entry["image_intrinsics_px"]
+        sides = entry["network_size_px"]
+        run(find_ground, model.path, picture, outputs, camera["fx"], camera["fy"], *sides)
+    assert differing(vectors, tmp_path / "out") == []
+
+
+def test_c_says_what_is_wrong(find_ground, model, tmp_path):
+    (tmp_path / "text.ppm").write_text("no picture")
+    words = [find_ground, model.path, tmp_path / "text.ppm", tmp_path, "1", "1", "64", "96"]
+    done = subprocess.run([*map(str, words)], check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (1, "find_ground: the picture is no 8-bit P6 file\n")
