@@ -10,7 +10,6 @@ from footprints_edge_models.edge import FOCAL_PX, EdgeNetwork
 from footprints_edge_models.reference import ReferenceNetwork
 
 from .parts import EdgePart, ReferencePart
-from .passes.registry import PASSES, Pass
 
 
 @dataclass(frozen=True)
@@ -23,7 +22,6 @@ class Architecture:
         focal_px: focal length of its canonical camera; None where depths are as trained.
         licence: of its weights, where the caller states none.
         notice: what the user of its weights must know, said once at each conversion.
-        passes: rewrites that its graphs go through.
         part: makes the network that gives some of the maps, or those of a coarser head; it takes
             the whole network, a key of ``footprints_edge.metadata.OUTPUTS`` and the scale.
         scales: of its heads; a head of scale 4 has a quarter of the picture's sides.
@@ -35,7 +33,6 @@ class Architecture:
     focal_px: float | None
     licence: str
     notice: str = ""
-    passes: tuple[Pass, ...] = ()
 
 
 ARCHITECTURES = {
@@ -49,6 +46,5 @@ ARCHITECTURES = {
         "The published checkpoints are licensed for non-commercial use only and may not be "
         "redistributed; cite Watson et al., Footprints and Free Space from a Single Color Image, "
         "CVPR 2020.",
-        PASSES,
     ),
 }

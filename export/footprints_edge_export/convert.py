@@ -36,7 +36,7 @@ from .image_input import (
 )
 from .ort_format import to_ort_format
 from .passes.pad_as_slices import pad_as_slices
-from .passes.registry import Stage, apply_passes
+from .passes.registry import PASSES, Stage, apply_passes
 from .photos import list_photos, network_inputs, spread
 from .quantize import quantize
 from .targets import TARGETS
@@ -135,7 +135,6 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
     target = TARGETS[conversion.target]
     conversion = replace(conversion, size=conversion.size or target.size)
     outputs = _checked_outputs(checkpoint, output, conversion, overwrite)
-    architecture = ARCHITECTURES[conversion.architecture]
     network = _network(checkpoint, conversion)
     calibration, held_out = _photo_split(conversion)
     calibrated_on = 0
@@ -144,11 +143,11 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
         logger.info("exporting %s", checkpoint)
         graph = to_graph(network, conversion.size, gives_maps=True)
         normalisation = split_normalisation(graph)
-        graph = apply_passes(graph, Stage.FLOAT, architecture.passes)
+        graph = apply_passes(graph, Stage.FLOAT, PASSES)
         quantizable = onnx.ModelProto()
         quantizable.CopyFrom(graph)
         join_uint8_image(graph, normalisation)
-        graph = apply_passes(graph, Stage.FP32, architecture.passes)
+        graph = apply_passes(graph, Stage.FP32, PASSES)
         graph = pad_as_slices(graph) if target.plain_padding else graph
         metadata = _metadata(checkpoint, conversion)
         fp32 = _write(graph, replace(metadata, precision="fp32"), fp32_path)
@@ -168,7 +167,7 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
             logger.info("calibrating on %d photos", calibrated_on)
             int8_graph = quantize(quantizable, normalisation, images, conversion.target)
             join_uint8_image_quantized(int8_graph, normalisation)
-            int8_graph = apply_passes(int8_graph, Stage.INT8, architecture.passes)
+            int8_graph = apply_passes(int8_graph, Stage.INT8, PASSES)
             int8_graph = pad_as_slices(int8_graph) if target.plain_padding else int8_graph
             final = _write(int8_graph, metadata, final_path)
             difference = _quantization_loss(fp32, final, held_out)
