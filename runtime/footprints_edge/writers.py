@@ -2,11 +2,9 @@
 
 import io
 import json
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from functools import partial
 from pathlib import Path
-from threading import get_ident
 
 import numpy as np
 from PIL import Image
@@ -15,6 +13,7 @@ from footprints_edge.arrays import Floats, Mask
 from footprints_edge.errors import OutputError
 from footprints_edge.png import encode_png
 from footprints_edge.prediction import Prediction
+from footprints_edge.whole_files import write_whole
 
 NAMELESS = "image"
 """What the outputs of a picture without a file name are named after."""
@@ -61,8 +60,7 @@ def write(prediction: Prediction, targets: Mapping[Path, Encoder]) -> None:
     for path, encode in targets.items():
         data = encode(prediction)
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            _write_whole(path, data)
+            write_whole(path, data)
         except OSError as error:
             raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
 
@@ -102,16 +100,6 @@ def refuse_overwriting(targets: Iterable[Path], pictures: Set[Path]) -> None:
     for path in targets:
         if path.resolve() in pictures:
             raise OutputError(f"{path} is an input picture; choose another folder or name")
-
-
-def _write_whole(path: Path, data: bytes) -> None:
-    temporary = path.with_name(f".fp-{os.getpid()}-{get_ident()}.part")
-    try:
-        temporary.write_bytes(data)
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
 
 
 def _overlay(prediction: Prediction) -> bytes:

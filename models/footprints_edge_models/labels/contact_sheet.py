@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from footprints_edge.colours import FARTHEST_M, colour_scale, colours_of, scale_position
+from footprints_edge.whole_files import write_whole
 from footprints_edge_models.label_samples import NOT_GROUND_PROBABILITY
 from footprints_edge_models.labels.files import frame_names, read_frame
 from footprints_edge_models.labels.labeller import FrameLabels
 from footprints_edge_models.untraversable import GROUND_PROBABILITY
-from footprints_edge_models.whole_files import write_whole
 
 WIDTH_PX = 1960
 ROWS = 8

@@ -19,9 +19,9 @@ from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics
 from footprints_edge.images import decode
 from footprints_edge.version import __version__
+from footprints_edge.whole_files import write_whole
 from footprints_edge_models.labels.labeller import FrameLabels, LabelSettings
 from footprints_edge_models.sequences.sequence import Sequence
-from footprints_edge_models.whole_files import write_whole
 
 ABOUT = "labels.json"
 _FORMAT = 1

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry import Intrinsics, rays
-from footprints_edge_models.whole_files import write_whole
+from footprints_edge.whole_files import write_whole
 
 from .cameras import Camera
 from .scene import Scene

@@ -13,7 +13,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from footprints_edge_models.whole_files import write_whole
+from footprints_edge.whole_files import write_whole
 
 from .boxes import boxes_of
 from .files import SceneSettings, scene_name, write_scene, write_settings

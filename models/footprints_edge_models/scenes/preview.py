@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from footprints_edge.colours import colours_of
-from footprints_edge_models.whole_files import write_whole
+from footprints_edge.whole_files import write_whole
 
 from .files import SceneFile, read_scene, scene_names
 from .truth import BEHIND_WALL, FOOTPRINT, GROUND_ANYWHERE, VISIBLE_GROUND

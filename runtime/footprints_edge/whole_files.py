@@ -2,12 +2,13 @@
 
 import os
 from pathlib import Path
+from threading import get_ident
 
 
 def write_whole(path: Path, content: bytes) -> None:
     """Writes a file under another name, ending in .part, first; makes its folder if need be."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    part = path.with_name(f".{path.name}.{os.getpid()}-{get_ident()}.part")
     try:
         part.write_bytes(content)
         part.replace(path)
