@@ -1,7 +1,6 @@
 """The passes on the networks: the same maps, and what onnxruntime makes of the files."""
 
 from collections import Counter
-from dataclasses import replace
 
 import numpy as np
 import onnx
@@ -9,7 +8,6 @@ import pytest
 from onnx import numpy_helper
 from PIL import Image
 
-from footprints_edge_export.architectures import ARCHITECTURES
 from footprints_edge_export.convert import convert
 from footprints_edge_export.errors import VerificationError
 from footprints_edge_export.passes.registry import PASSES, Pass, Stage, apply_passes
@@ -19,8 +17,8 @@ SIZE = (96, 128)
 HEADS = {"edge": 1, "reference": 2}
 
 
-def use_passes(patch, architecture, passes):
-    patch.setitem(ARCHITECTURES, architecture, replace(ARCHITECTURES[architecture], passes=passes))
+def use_passes(patch, passes):
+    patch.setattr("footprints_edge_export.convert.PASSES", passes)
 
 
 @pytest.fixture(scope="module", params=["edge", "reference"])
@@ -31,7 +29,7 @@ def plain(request, reference_files, edge_checkpoint, conversion, photos, tmp_pat
     checkpoint = edge_checkpoint if name == "edge" else reference_files["checkpoint"]
     files = {}
     with pytest.MonkeyPatch.context() as patch:
-        use_passes(patch, name, ())
+        use_passes(patch, ())
         for precision in ("fp32", "int8"):
             files[precision] = folder / f"{precision}.onnx"
             calibration = (photos,) if precision == "int8" else ()
@@ -127,7 +125,7 @@ def test_a_pass_that_changes_the_maps_is_refused(
         bias.CopyFrom(numpy_helper.from_array(numpy_helper.to_array(bias) + 0.01, bias.name))
         return model
 
-    use_passes(monkeypatch, "reference", (*PASSES, Pass(spoilt, Stage.FP32)))
+    use_passes(monkeypatch, (*PASSES, Pass(spoilt, Stage.FP32)))
     output = tmp_path / "a.onnx"
     wanted = conversion("reference", SIZE)
     with pytest.raises(VerificationError, match="differs from torch"):
