@@ -640,20 +640,6 @@ def television(palette: Palette) -> Thing:
     return joined("television", parts)
 
 
-def radiator(palette: Palette, width_m: float) -> Thing:
-    """A radiator below a window."""
-    white = palette.white()
-    parts = [
-        box(white, (0.05, 0.09, 0.5), (x, 0, 0.12))
-        for x in np.arange(-width_m / 2, width_m / 2, 0.075)
-    ]
-    parts += [
-        rod(white, (sx * width_m * 0.45, 0, 0), (sx * width_m * 0.45, 0, 0.15), 0.03)
-        for sx in (-1, 1)
-    ]
-    return joined("radiator", parts)
-
-
 def whiteboard(palette: Palette) -> Thing:
     """A board on two feet, or a screen that divides a room."""
     rng = palette.rng

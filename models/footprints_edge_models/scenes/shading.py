@@ -39,7 +39,6 @@ class _Atlas:
     def __init__(self, keys: list[TextureKey], library: TextureLibrary) -> None:
         self.row = {key: index for index, key in enumerate(dict.fromkeys(keys))}
         side = SIDE_PX + 2
-        self._columns = 16
         width = 2 * SIDE_PX + 2 * LEVELS
         per_strip = 32000 // side
         strips = -(-len(self.row) // per_strip)
