@@ -30,17 +30,39 @@ _STAGES = (
 _FEATURE_STAGES = (0, 1, 2, 4, 6)
 
 
+class DepthwiseConv2d(nn.Conv2d):
+    """One filter a channel; float32 under autocast on a CPU.
+
+    There bfloat16 gradients of strided and of 5x5 depthwise filters take ten times as long.
+    """
+
+    def __init__(self, channels: int, kernel: int, stride: int) -> None:
+        super().__init__(
+            channels, channels, kernel, stride, kernel // 2, groups=channels, bias=False
+        )
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """(B, channels, H, W) to (B, channels, H/stride, W/stride)."""
+        if x.device.type == "cpu" and torch.is_autocast_enabled("cpu"):
+            with torch.autocast("cpu", enabled=False):
+                return super().forward(x.float())
+        return super().forward(x)
+
+
 class ConvNorm(nn.Sequential):
     """Convolution without bias, batch norm, ReLU6 where asked for."""
 
-    def __init__(
-        self, inputs: int, outputs: int, kernel: int, stride: int = 1, groups: int = 1, *, act: bool
-    ) -> None:
+    def __init__(self, conv: nn.Conv2d, *, act: bool) -> None:
         super().__init__(
-            nn.Conv2d(inputs, outputs, kernel, stride, kernel // 2, groups=groups, bias=False),
-            nn.BatchNorm2d(outputs, eps=1e-3, momentum=0.01),
+            conv,
+            nn.BatchNorm2d(conv.out_channels, eps=1e-3, momentum=0.01),
             *([nn.ReLU6()] if act else []),
         )
+
+
+def pointwise(inputs: int, outputs: int) -> nn.Conv2d:
+    """A 1x1 convolution without bias."""
+    return nn.Conv2d(inputs, outputs, 1, bias=False)
 
 
 class InvertedResidual(nn.Module):
@@ -49,11 +71,11 @@ class InvertedResidual(nn.Module):
     def __init__(self, inputs: int, outputs: int, expansion: int, stride: int, kernel: int) -> None:
         super().__init__()
         hidden = inputs * expansion
-        expand = [ConvNorm(inputs, hidden, 1, act=True)] if expansion > 1 else []
+        expand = [ConvNorm(pointwise(inputs, hidden), act=True)] if expansion > 1 else []
         self.layers = nn.Sequential(
             *expand,
-            ConvNorm(hidden, hidden, kernel, stride, groups=hidden, act=True),
-            ConvNorm(hidden, outputs, 1, act=False),
+            ConvNorm(DepthwiseConv2d(hidden, kernel, stride), act=True),
+            ConvNorm(pointwise(hidden, outputs), act=False),
         )
         self.shortcut = stride == 1 and inputs == outputs
 
@@ -68,7 +90,7 @@ class Lite0Encoder(nn.Module):
 
     def __init__(self) -> None:
         super().__init__()
-        self.stem = ConvNorm(3, 32, 3, 2, act=True)
+        self.stem = ConvNorm(nn.Conv2d(3, 32, 3, 2, padding=1, bias=False), act=True)
         stages, inputs = [], 32
         for expansion, outputs, blocks, stride, kernel in _STAGES:
             stage = [InvertedResidual(inputs, outputs, expansion, stride, kernel)]
@@ -96,7 +118,7 @@ class Lite0Classifier(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         self.encoder = Lite0Encoder()
-        self.head = ConvNorm(320, 1280, 1, act=True)
+        self.head = ConvNorm(pointwise(320, 1280), act=True)
         self.classifier = nn.Linear(1280, 1000)
 
     def forward(self, image: torch.Tensor) -> torch.Tensor:

@@ -5,6 +5,10 @@ import numpy as np
 from .materials import Material, Palette
 from .things import Part, Thing, blob, box, column, cushion, foliage, joined, rectangle, rod
 
+TALL_M = 1.2
+"""A hedge, a fence of boards or a garden wall of this height hides what lies behind as a house
+does."""
+
 
 def tree(palette: Palette) -> Thing:
     """A tree; only its trunk takes ground."""
@@ -81,9 +85,8 @@ def hedge(palette: Palette, length_m: float) -> Thing:
         parts.append(
             foliage(leafage, (1.7, deep * 1.25, tall * 1.1), (x, 0, 0), 120 + index % 6, 300, 0.1)
         )
-    return joined(
-        "hedge", parts, outlines=(rectangle(-length_m / 2, -deep / 2, length_m / 2, deep / 2),)
-    )
+    outline = rectangle(-length_m / 2, -deep / 2, length_m / 2, deep / 2)
+    return joined("hedge", parts, outlines=(outline,), is_wall=tall >= TALL_M)
 
 
 def fence(palette: Palette, length_m: float) -> Thing:
@@ -110,7 +113,8 @@ def fence(palette: Palette, length_m: float) -> Thing:
                 for x in np.arange(-length_m / 2, length_m / 2, gap)
             ]
     outline = rectangle(-length_m / 2, -0.06, length_m / 2, 0.06)
-    return joined("fence", parts, outlines=(outline,))
+    is_wall = style == 0 and tall >= TALL_M
+    return joined("fence", parts, outlines=(outline,), is_wall=is_wall)
 
 
 def garden_wall(palette: Palette, length_m: float) -> Thing:
@@ -120,7 +124,7 @@ def garden_wall(palette: Palette, length_m: float) -> Thing:
     made = palette.of("bricks", "plaster", "concrete", "paving", tile_m=(0.8, 1.6))
     parts = [box(made, (length_m, 0.25, tall), (0, 0, 0))]
     parts.append(box(palette.of("concrete", "plaster"), (length_m, 0.33, 0.07), (0, 0, tall)))
-    return joined("wall", parts)
+    return joined("wall", parts, is_wall=tall >= TALL_M)
 
 
 def barrier(palette: Palette, length_m: float) -> Thing:

@@ -355,7 +355,7 @@ def _hang_door(
         return  # no leaf at all
     else:
         swing = float(rng.uniform(0.5, 1.9)) * rng.choice([-1, 1])
-    door = joined("door", parts, is_wall=swing == 0)
+    door = joined("door", parts, is_wall=True)
     base = 0.0 if wall.along_x else np.pi / 2
     at = hole.start + 0.04
     x, y = (at, wall.position) if wall.along_x else (wall.position, at)

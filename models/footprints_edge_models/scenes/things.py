@@ -42,7 +42,8 @@ class Thing:
         parts: in the thing's own axes: z = 0 is the ground below it.
         outlines: convex outlines (K, 2) of the ground it takes, in its own axes; None derives them
             from the parts that reach below STANDS_BELOW_M.
-        is_wall: whether it bounds a room or is a building: what lies behind is another place.
+        is_wall: whether it bounds a room, a garden or is a building: what lies behind is another
+            place.
         pose: (3, 4), from its own axes to the world's.
     """
 
