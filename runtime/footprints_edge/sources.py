@@ -1,4 +1,4 @@
-"""What the command line names - files, folders, standard input - as a list of pictures."""
+"""What the command line names - files, folders, standard input, videos - and what kind it is."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +10,12 @@ STDIN = "-"
 
 SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp"})
 """What counts as a picture in a folder. A file that is named outright is always tried."""
+
+VIDEO_SUFFIXES = frozenset(
+    {".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".wmv", ".mjpeg"}
+)
+
+CAMERA, STREAMS = "camera:", ("rtsp://", "rtsps://")
 
 _OUR_SUFFIXES = tuple(suffix for files in FORMATS.values() for suffix in files)
 
@@ -35,6 +41,11 @@ class Source:
     def label(self) -> str:
         """How messages call it."""
         return str(self.path) if self.path else "standard input"
+
+
+def is_video(named: str) -> bool:
+    """Whether an argument of the command line names a video, a stream or a camera."""
+    return named.startswith((CAMERA, *STREAMS)) or Path(named).suffix.lower() in VIDEO_SUFFIXES
 
 
 def expand(named: str, *, recursive: bool = False) -> list[Source]:

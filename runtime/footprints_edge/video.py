@@ -12,13 +12,7 @@ import numpy as np
 from footprints_edge.arrays import Rgb, Size
 from footprints_edge.errors import VideoError
 from footprints_edge.opencv import opencv
-
-SUFFIXES = frozenset(
-    {".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".wmv", ".mjpeg"}
-)
-"""What counts as a video among the files that the command line names."""
-
-CAMERA, STREAMS = "camera:", ("rtsp://", "rtsps://")
+from footprints_edge.sources import CAMERA, STREAMS
 
 USUAL_FPS = 30.0
 """Frames a second of a source that does not say how many it has."""
@@ -134,11 +128,6 @@ class Video:
     frames: Iterator[Frame] = field(repr=False)
     total: int | None = None
     path: Path | None = None
-
-
-def is_video(named: str) -> bool:
-    """Whether an argument of the command line names a video, a stream or a camera."""
-    return named.startswith((CAMERA, *STREAMS)) or Path(named).suffix.lower() in SUFFIXES
 
 
 def open_video(named: str, pace: Pace = Pace()) -> Video:

@@ -18,13 +18,13 @@ from footprints_edge import opencv as opencv_module
 from footprints_edge.cli.infer import app
 from footprints_edge.errors import ModelError, VideoError
 from footprints_edge.pipeline import WAITING, run_pipeline
+from footprints_edge.sources import is_video
 from footprints_edge.video import (
     Frame,
     Pace,
     RawFormat,
     Video,
     VideoFile,
-    is_video,
     open_raw,
     open_video,
 )

@@ -115,7 +115,6 @@ def infer(
     with explained():
         from footprints_edge.cli.batch import plan
         from footprints_edge.registry import resolve
-        from footprints_edge.video import Pace, RawFormat
 
         warnings.filterwarnings("ignore", module=r"PIL\.")  # what matters arrives as ImageError
         camera = _camera(fx, fy, cx, cy, hfov)
@@ -123,13 +122,17 @@ def infer(
         extra = {".path.png": _path_encoder(path, margin)} if path else {}
         if panel and "overlay" in wanted:
             extra[".overlay.png"] = _overlay_with_panel
-        pace = Pace(every, max_fps)
         videos = _videos_among(images, raw)
         pictures = [name for name in images if name not in videos]
         if videos and path:
             raise typer.BadParameter("--path is for pictures: its pixels are those of one frame")
-        if not videos and (smooth or pace != Pace()):
+        if not videos and (smooth or every != 1 or max_fps is not None):
             raise typer.BadParameter("--every, --max-fps and --smooth are for videos")
+        if videos:
+            from footprints_edge.video import Pace, RawFormat
+
+            pace = Pace(every, max_fps)
+            layout = RawFormat.parse(raw) if raw else None
         batch = plan(
             pictures, wanted, output, recursive=recursive, overwrite=overwrite, extra=extra
         )
@@ -142,7 +145,6 @@ def infer(
         if videos:
             from footprints_edge.cli.video import VideoOptions, infer_videos
 
-            layout = RawFormat.parse(raw) if raw else None
             options = VideoOptions(
                 pace, layout, smooth, panel, wanted, output, overwrite=overwrite, quiet=quiet
             )
@@ -185,7 +187,7 @@ def _camera(
 
 def _videos_among(named: list[str], raw: str | None) -> list[str]:
     """Those arguments that name videos, streams and cameras, or the pipe of raw frames."""
-    from footprints_edge.video import is_video
+    from footprints_edge.sources import is_video
 
     if raw is None:
         return [name for name in named if is_video(name)]
