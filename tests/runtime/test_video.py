@@ -387,8 +387,9 @@ def test_raw_frames_are_read_from_a_pipe(tiny_path, tmp_path):
     assert len((tmp_path / "stdin.jsonl").read_text().splitlines()) == 7
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")
-def test_ctrl_c_closes_the_video_that_was_made_so_far(tiny_path, tmp_path):
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals for one process")
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_closes_the_video_that_was_made_so_far(tiny_path, tmp_path, sent):
     process = subprocess.Popen(
         command(tiny_path, "-", "--raw", "96x64", "-o", tmp_path, "--format", "overlay,json"),
         stdin=subprocess.PIPE,
@@ -402,7 +403,7 @@ def test_ctrl_c_closes_the_video_that_was_made_so_far(tiny_path, tmp_path):
             assert time.monotonic() < deadline
             process.stdin.write(shade(1).tobytes())
             process.stdin.flush()
-        os.kill(process.pid, signal.SIGINT)
+        os.kill(process.pid, sent)
         process.wait(timeout=30)  # the pipe is still open: nothing but the signal ends it
         errors = process.stderr.read()
     finally:
@@ -413,3 +414,4 @@ def test_ctrl_c_closes_the_video_that_was_made_so_far(tiny_path, tmp_path):
     video = open_video(str(tmp_path / "stdin.overlay.mp4"))
     written = len(lines.read_text().splitlines())
     assert len(numbers(video)) == written >= 5
+    assert not list(tmp_path.glob(".*"))

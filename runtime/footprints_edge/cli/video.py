@@ -1,5 +1,6 @@
 """The part of `fp-infer` that reads videos, cameras and pipes."""
 
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -64,6 +65,8 @@ def infer_videos(
 
     What could not be done goes to `batch`, as for pictures.
     """
+    # a service that is stopped closes its files as one at a terminal does
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     for name in named:
         batch.total += 1
         try:
