@@ -81,6 +81,10 @@ def edge(
     batch: Batch = 12,
     seed: Seed = 0,
     start: Start = None,
+    peak: Annotated[
+        float,
+        typer.Option(help="Of the learning rates, as a share; less to go on from trained weights."),
+    ] = 1.0,
     prior: Annotated[
         float, typer.Option(help="The paper's lambda: how much unknown pixels count (eq. 3c).")
     ] = 0.25,
@@ -108,6 +112,7 @@ def edge(
             untraversable=untraversable,
             moving=moving,
             start=None if start is None else str(start),
+            peak=peak,
         )
         datasets = load_datasets(data)
         with tqdm(unit="step", disable=None) as bar:

@@ -72,6 +72,8 @@ class Recipe:
             unknown ones like the rest.
         moving: leave moving objects out of eq. 3a.
         start: weights to begin with instead of ImageNet's encoder: a state dict's file.
+        peak: of both rates, as a share of what they are above; below 1 to go on from trained
+            weights without forgetting them.
     """
 
     stages: tuple[Stage, ...]
@@ -86,26 +88,30 @@ class Recipe:
     untraversable: bool = True
     moving: bool = True
     start: str | None = None
+    peak: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuses a prior outside [0, 1].
+        """Refuses a prior outside [0, 1], and a peak outside (0, 1].
 
         Raises:
             TrainingError: if it is.
         """
         if not 0 <= self.prior <= 1:
             raise TrainingError(f"prior {self.prior}: the paper's lambda lies between 0 and 1")
+        if not 0 < self.peak <= 1:
+            raise TrainingError(f"peak {self.peak}: a share of the learning rates, up to 1")
 
     def sizes(self) -> list[tuple[int, int]]:
         """The base size of every step."""
         return [stage.size for stage in self.stages for _ in range(stage.steps)]
 
     def rate(self, step: int) -> float:
-        """Learning rate of a step, as a fraction of the peak."""
+        """Learning rate of a step, as a fraction of the full one."""
         total = sum(stage.steps for stage in self.stages)
         if step < self.warm_up:
-            return (step + 1) / self.warm_up
-        return 0.5 * (1 + math.cos(math.pi * (step - self.warm_up) / max(1, total - self.warm_up)))
+            return self.peak * (step + 1) / self.warm_up
+        done = (step - self.warm_up) / max(1, total - self.warm_up)
+        return self.peak * 0.5 * (1 + math.cos(math.pi * done))
 
 
 def train(

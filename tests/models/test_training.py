@@ -315,6 +315,15 @@ def test_the_papers_ablations_are_switches(switch, known, probability, expected)
     assert loss.item() == pytest.approx(expected, abs=1e-6)
 
 
+def test_a_run_that_goes_on_peaks_lower():
+    stages = (Stage((32, 32), 100),)
+    usual, lower = Recipe(stages), Recipe(stages, peak=0.25)
+    for step in range(100):
+        assert lower.rate(step) == pytest.approx(usual.rate(step) / 4)
+    with pytest.raises(TrainingError, match="peak 0"):
+        Recipe(stages, peak=0.0)
+
+
 def test_a_prior_is_a_share():
     with pytest.raises(TrainingError, match="between 0 and 1"):
         Recipe((Stage((32, 32), 1),), prior=1.5)
