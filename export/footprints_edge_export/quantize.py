@@ -22,6 +22,7 @@ from onnxruntime.quantization.quant_utils import add_pre_process_metadata
 
 from .bias_correction import correct_biases, mean_inputs
 from .errors import ExportError
+from .exact_sums import make_sums_exact
 from .image_input import NORMALISED, Normalisation
 from .targets import TARGETS
 
@@ -99,6 +100,7 @@ def quantize(
             },
         )
         result = onnx.load(quantized)
+    make_sums_exact(result)
     correct_biases(result, model, mean_inputs(model, _feeds(images, normalisation)))
     return result
 
