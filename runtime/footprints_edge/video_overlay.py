@@ -3,7 +3,7 @@
 import numpy as np
 
 from footprints_edge.arrays import Rgb, Size
-from footprints_edge.colours import PAPER, colours_of
+from footprints_edge.colours import PAPER, colour_scale, scale_position
 from footprints_edge.opencv import opencv
 from footprints_edge.overlay import LEGEND_PX, draw_legend
 from footprints_edge.prediction import Prediction
@@ -30,7 +30,9 @@ class VideoOverlay:
         self._top_down = top_down
         self._size: Size | None = None
         self._stripes: Rgb = np.zeros((0, 0), np.uint8)
-        self._legend: Rgb = np.zeros((0, 0, 3), np.uint8)
+        self._canvas: Rgb = np.zeros((0, 0, 3), np.uint8)
+        self._rows = 0
+        self._colours = np.ascontiguousarray(colour_scale()[:, None, ::-1])
 
     def draw(self, prediction: Prediction) -> Rgb:
         """The frame with visible ground tinted, hidden ground hatched, and a legend below.
@@ -51,8 +53,9 @@ class VideoOverlay:
                 prediction.ground_probability,
             )
         )
-        colours = colours_of(prediction.unmasked_ground_depth_m)[..., ::-1]
-        tint = cv2.resize(colours, **at_size)
+        # One channel is enlarged and coloured, not three.
+        position = scale_position(prediction.unmasked_ground_depth_m).astype(np.uint8)
+        tint = cv2.applyColorMap(cv2.resize(position, **at_size), self._colours)
         grey = cv2.cvtColor(cv2.cvtColor(photo, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
         hidden = ground & ~visible & 1
         drawn = photo.copy()
@@ -74,22 +77,22 @@ class VideoOverlay:
         pen_px = max(1.0, max(size) / 700)
         across = (np.arange(height)[:, None] + np.arange(width)) / np.sqrt(2)
         self._stripes = (across % (10 * pen_px) < 4.4 * pen_px).astype(np.uint8)
-        legend = draw_legend(max(width, LEGEND_PX), height)
-        self._legend = np.ascontiguousarray(np.asarray(legend)[..., ::-1])
+        legend = np.asarray(draw_legend(max(width, LEGEND_PX), height))[..., ::-1]
+        self._rows = rows = height + legend.shape[0]
+        columns = max(width, legend.shape[1])
+        all_columns = columns + (rows if self._top_down else 0)
+        self._canvas = np.empty((rows + rows % 2, all_columns + all_columns % 2, 3), np.uint8)
+        self._canvas[:] = PAPER[::-1]
+        self._canvas[height:rows, : legend.shape[1]] = legend
 
     def _composed(self, drawn: Rgb, prediction: Prediction) -> Rgb:
         """The drawn frame with the legend below and the panel beside it."""
         height, width = drawn.shape[:2]
-        below = self._legend
-        columns = max(width, below.shape[1])
-        rows = height + below.shape[0]
-        all_columns = columns + (rows if self._top_down else 0)
-        canvas = np.empty((rows + rows % 2, all_columns + all_columns % 2, 3), np.uint8)
-        canvas[:] = PAPER[::-1]
-        left = (columns - width) // 2
+        canvas = self._canvas.copy()
+        left = (max(width, LEGEND_PX) - width) // 2
         canvas[:height, left : left + width] = drawn
-        canvas[height:rows, : below.shape[1]] = below
         if self._top_down:
-            panel = draw_panel(prediction, rows)
-            canvas[:rows, columns:all_columns] = np.asarray(panel)[..., ::-1]
+            panel = np.asarray(draw_panel(prediction, self._rows))[..., ::-1]
+            columns = max(width, LEGEND_PX)
+            canvas[: self._rows, columns : columns + panel.shape[1]] = panel
         return canvas
