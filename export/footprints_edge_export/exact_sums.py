@@ -75,7 +75,9 @@ def _set(found: Links, name: str, value: np.ndarray) -> None:
 
 def _rescale_bias(found: Links, node: onnx.NodeProto, scales: dict[str, float]) -> None:
     image, bias = (found.makers.get(name) for name in (node.input[0], [*node.input, ""][2]))
-    if image is None or bias is None or image.input[1] not in scales:
+    if image is None or bias is None or image.op_type != "DequantizeLinear":
+        return
+    if image.input[1] not in scales:
         return
     steps, scale = (numpy_helper.to_array(found.constants[name]) for name in bias.input[:2])
     grown = np.float32(scales[image.input[1]]) / np.float32(_scale(found, image.input[1]))

@@ -125,11 +125,21 @@ def test_biases_stay_what_they_are(biased):
     )
 
 
-def test_a_sum_of_floats_is_left_alone():
-    inputs = [helper.make_tensor_value_info(name, TensorProto.FLOAT, [1]) for name in "ab"]
-    output = helper.make_tensor_value_info("c", TensorProto.FLOAT, [1])
-    graph = helper.make_graph([helper.make_node("Add", ["a", "b"], ["c"])], "g", inputs, [output])
-    model = helper.make_model(graph)
+def test_floats_are_left_alone():
+    """A sum, and a convolution whose input and bias are computed."""
+    shape = [1, 1, 4, 4]
+    inputs = [helper.make_tensor_value_info(name, TensorProto.FLOAT, shape) for name in "ab"]
+    inputs.append(helper.make_tensor_value_info("bias", TensorProto.FLOAT, [1]))
+    output = helper.make_tensor_value_info("y", TensorProto.FLOAT, shape)
+    nodes = [
+        helper.make_node("Add", ["a", "b"], ["c"]),
+        helper.make_node("Relu", ["c"], ["d"]),
+        helper.make_node("Relu", ["bias"], ["e"]),
+        helper.make_node("Conv", ["d", "weights", "e"], ["y"]),
+    ]
+    weights = numpy_helper.from_array(np.ones((1, 1, 1, 1), np.float32), "weights")
+    model = helper.make_model(helper.make_graph(nodes, "g", inputs, [output], [weights]))
+    onnx.checker.check_model(model)
     before = model.SerializeToString()
     make_sums_exact(model)
     assert model.SerializeToString() == before
