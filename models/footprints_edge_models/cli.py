@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from footprints_edge_models.labels.job import FrameOutcome, LabelJob, Report
     from footprints_edge_models.sequences.sequence import Sequence
+    from footprints_edge_models.training import Recipe
 
 app = typer.Typer(
     name="fp-train",
@@ -98,12 +99,8 @@ def edge(
 ) -> None:
     """Train the edge network on every dataset found below DATA; prints the path of its weights."""
     with explained("train"):
-        from tqdm import tqdm
+        from .training import Recipe, Stage
 
-        from .datasets import load_datasets
-        from .training import Recipe, Stage, train
-
-        where = _device(device)
         recipe = Recipe(
             tuple(Stage.parse(text) for text in stage),
             batch=batch,
@@ -114,16 +111,55 @@ def edge(
             start=None if start is None else str(start),
             peak=peak,
         )
-        datasets = load_datasets(data)
-        with tqdm(unit="step", disable=None) as bar:
+        typer.echo(_train(data, recipe, run, device))
 
-            def progress(step: int, steps: int, loss: float) -> None:
-                bar.total = steps
-                bar.set_postfix(loss=f"{loss:.3f}", refresh=False)
-                bar.update(step - bar.n)
 
-            weights = train(datasets, recipe, run, device=where, progress=progress)
-        typer.echo(weights)
+@app.command()
+def reference(
+    data: Data,
+    run: Annotated[Path, typer.Option(help="Folder of the run; an unfinished run goes on.")],
+    stage: Stages = ["128x224:2400"],  # noqa: B006  (typer copies it)
+    batch: Batch = 12,
+    seed: Seed = 0,
+    start: Annotated[
+        Path | None, typer.Option(help="Weights to begin with; else random ones.")
+    ] = None,
+    device: Device = "auto",
+) -> None:
+    """Train the paper's own network likewise; prints the path of its weights.
+
+    Its depths are for a canonical camera: convert it with --focal-px 400.
+    """
+    with explained("train"):
+        from .training import Recipe, Stage
+
+        recipe = Recipe(
+            tuple(Stage.parse(text) for text in stage),
+            batch=batch,
+            network="reference",
+            seed=seed,
+            start=None if start is None else str(start),
+        )
+        typer.echo(_train(data, recipe, run, device))
+
+
+def _train(data: Path, recipe: "Recipe", run: Path, device: str) -> Path:
+    """Trains behind a progress bar; the path of the weights."""
+    from tqdm import tqdm
+
+    from .datasets import load_datasets
+    from .training import train
+
+    where = _device(device)
+    datasets = load_datasets(data)
+    with tqdm(unit="step", disable=None) as bar:
+
+        def progress(step: int, steps: int, loss: float) -> None:
+            bar.total = steps
+            bar.set_postfix(loss=f"{loss:.3f}", refresh=False)
+            bar.update(step - bar.n)
+
+        return train(datasets, recipe, run, device=where, progress=progress)
 
 
 @app.command()

@@ -70,6 +70,10 @@ class EdgeNetwork(nn.Module):
         x = F.interpolate(x, scale_factor=2, mode="bilinear")
         return torch.cat([x[:, :2], log_depth_to_disparity(x[:, 2:])], dim=1)
 
+    def scales(self, image: torch.Tensor) -> dict[str, torch.Tensor]:
+        """Its outputs by scale; it has one."""
+        return {"1/1": self(image)}
+
     def features(self, image: torch.Tensor) -> torch.Tensor:
         """What the head sees, (B, 32, H/2, W/2)."""
         *skips, x = self.encoder((image * 255 - 127) / 128)

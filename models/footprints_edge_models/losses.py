@@ -4,6 +4,7 @@ Each source supervises only what it knows. Where a target is unknown its weight 
 labelled photo, which says nothing about distance or about what is hidden, trains what it can.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import torch
@@ -90,6 +91,9 @@ def losses(raw: torch.Tensor, targets: Targets) -> dict[str, torch.Tensor]:
     return parts | {"loss": torch.stack(list(parts.values())).sum()}
 
 
-def multiscale_loss(scales: dict[str, torch.Tensor], targets: Targets) -> torch.Tensor:
-    """Mean of the loss over a network's outputs, each (B, 4, H, W) at full size."""
-    return torch.stack([losses(raw, targets)["loss"] for raw in scales.values()]).mean()
+def multiscale_losses(
+    scales: Mapping[str, torch.Tensor], targets: Targets
+) -> dict[str, torch.Tensor]:
+    """Means of `losses` over a network's outputs, each (B, 4, H, W) at full size."""
+    found = [losses(raw, targets) for raw in scales.values()]
+    return {name: torch.stack([parts[name] for parts in found]).mean() for name in found[0]}

@@ -154,7 +154,10 @@ class ReferenceNetwork(nn.Module):
         features = self.encoder(image)
         masks, depths = self.mask_decoder(features), self.depth_decoder(features)
         size = image.shape[-2:]
-        raw = {s: torch.cat([masks[s], torch.sigmoid(depths[s])], dim=1) for s in SCALES}
+        raw = {
+            s: torch.cat([masks[s].float(), torch.sigmoid(depths[s].float())], dim=1)
+            for s in SCALES
+        }
         return {
             s: x if x.shape[-2:] == size else F.interpolate(x, size, mode="bilinear")
             for s, x in raw.items()

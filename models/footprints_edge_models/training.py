@@ -19,10 +19,17 @@ from .checkpoint import load_weights, read_checkpoint
 from .datasets import Dataset
 from .edge import EdgeNetwork, pretrained_edge_network
 from .figures import draw_curves, draw_predictions
-from .losses import LAMBDA, Targets, losses
+from .losses import LAMBDA, Targets, multiscale_losses
+from .reference import ReferenceNetwork
 from .validation import validate_all
 
 logger = logging.getLogger(__name__)
+
+NETWORKS: dict[str, type[EdgeNetwork | ReferenceNetwork]] = {
+    "edge": EdgeNetwork,
+    "reference": ReferenceNetwork,
+}
+"""What can be trained."""
 
 
 class TrainingError(FootprintsError):
@@ -61,8 +68,9 @@ class Recipe:
     Attributes:
         stages: in order; small pictures first cost little and teach most.
         batch: pictures a step.
-        encoder_rate: peak learning rate of the ImageNet encoder.
-        decoder_rate: peak learning rate of what starts fresh.
+        network: ``edge``, or ``reference``, the paper's own.
+        encoder_rate: peak learning rate of an encoder that comes trained.
+        decoder_rate: peak learning rate of everything else.
         weight_decay: of AdamW.
         warm_up: steps of linear warm-up, then cosine to zero over all stages.
         average: decay a step of the moving average of weights that is kept.
@@ -71,13 +79,15 @@ class Recipe:
         untraversable: learn from pixels known to be untraversable (eq. 3b); without, they are
             unknown ones like the rest.
         moving: leave moving objects out of eq. 3a.
-        start: weights to begin with instead of ImageNet's encoder: a state dict's file.
+        start: weights to begin with: a state dict's file. Without, the edge network's encoder
+            comes from ImageNet, and the reference network starts from nothing.
         peak: of both rates, as a share of what they are above; below 1 to go on from trained
             weights without forgetting them.
     """
 
     stages: tuple[Stage, ...]
     batch: int = 12
+    network: str = "edge"
     encoder_rate: float = 3e-4
     decoder_rate: float = 1e-3
     weight_decay: float = 1e-2
@@ -124,7 +134,7 @@ def train(
     save_every: int = 100,
     progress: Callable[[int, int, float], None] | None = None,
 ) -> Path:
-    """Train the edge network, or go on where ``run`` stopped.
+    """Train a network, or go on where ``run`` stopped.
 
     Writes ``train.csv``, ``validation.csv``, ``curves.png``, ``predictions.png``, the resumable
     ``last.pt`` and, from every validation on, ``weights.pt``: the moving average, a state dict
@@ -147,9 +157,9 @@ def train(
     """
     run.mkdir(parents=True, exist_ok=True)
     torch.manual_seed(recipe.seed)
-    network = _starting_network(recipe).to(device)
-    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    optimizer = torch.optim.AdamW(_parameter_groups(network, recipe))
+    network, comes_trained = _starting_network(recipe)
+    network.to(device).to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    optimizer = torch.optim.AdamW(_parameter_groups(network, recipe, comes_trained=comes_trained))
     average = torch.optim.swa_utils.AveragedModel(
         network,
         multi_avg_fn=functools.partial(_moving_average, recipe.average),
@@ -158,7 +168,8 @@ def train(
     start = _resume(run, recipe, network, average, optimizer)
     sizes = recipe.sizes()
     network.train()
-    _keep_statistics(network.encoder)
+    if comes_trained:
+        _keep_statistics(network.encoder)
     for step, (image, targets) in enumerate(
         batches(datasets, sizes, recipe.batch, recipe.seed, start), start
     ):
@@ -168,8 +179,8 @@ def train(
         image = image.to(device, memory_format=torch.channels_last, non_blocking=True)  # noqa: PLW2901
         # bfloat16 keeps float32's range: no loss scaling; the outputs and losses stay float32.
         with torch.autocast(device.type, torch.bfloat16):
-            raw = network(image)
-        parts = losses(raw, ablated(targets.to(device), recipe))
+            scales = network.scales(image)
+        parts = multiscale_losses(scales, ablated(targets.to(device), recipe))
         optimizer.zero_grad(set_to_none=True)
         parts["loss"].backward()  # type: ignore[no-untyped-call]
         nn.utils.clip_grad_norm_(network.parameters(), 5.0)
@@ -204,12 +215,14 @@ def ablated(targets: Targets, recipe: Recipe) -> Targets:
     return replace(targets, untraversable=untraversable, prior=prior, moving=moving)
 
 
-def _starting_network(recipe: Recipe) -> EdgeNetwork:
-    if recipe.start is None:
-        return pretrained_edge_network()
-    network = EdgeNetwork()
-    load_weights(network, read_checkpoint(Path(recipe.start)), recipe.start)
-    return network
+def _starting_network(recipe: Recipe) -> tuple[EdgeNetwork | ReferenceNetwork, bool]:
+    """The network, and whether its encoder has learned something already."""
+    if recipe.start is None and recipe.network == "edge":
+        return pretrained_edge_network(), True
+    network = NETWORKS[recipe.network]()
+    if recipe.start is not None:
+        load_weights(network, read_checkpoint(Path(recipe.start)), recipe.start)
+    return network, recipe.start is not None
 
 
 def _keep_statistics(encoder: nn.Module) -> None:
@@ -238,9 +251,12 @@ def _moving_average(
             average.copy_(current)
 
 
-def _parameter_groups(network: EdgeNetwork, recipe: Recipe) -> list[dict[str, Any]]:
+def _parameter_groups(
+    network: nn.Module, recipe: Recipe, *, comes_trained: bool
+) -> list[dict[str, Any]]:
     groups = []
-    for is_encoder, peak in ((True, recipe.encoder_rate), (False, recipe.decoder_rate)):
+    encoder_rate = recipe.encoder_rate if comes_trained else recipe.decoder_rate
+    for is_encoder, peak in ((True, encoder_rate), (False, recipe.decoder_rate)):
         for is_matrix in (True, False):  # norms and biases are not decayed
             parameters = [
                 p

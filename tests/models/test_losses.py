@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from footprints_edge_models.losses import Targets, losses, multiscale_loss
+from footprints_edge_models.losses import Targets, losses, multiscale_losses
 
 SCALES = ("1/1", "1/2", "1/4", "1/8")
 NAMES = {
@@ -71,7 +71,7 @@ def test_the_published_losses(inputs, expected, prior):
         for ours, theirs in NAMES.items():
             value = expected[prior][f"{theirs}|{scale}"]
             assert found[ours].item() == pytest.approx(value, abs=1e-5), (ours, scale)
-    total = multiscale_loss(raw, targets).item()
+    total = multiscale_losses(raw, targets)["loss"].item()
     assert total == pytest.approx(expected[prior]["loss"], abs=1e-5)
 
 
@@ -158,9 +158,10 @@ def test_depth_loss_is_the_log_of_the_error_in_metres(channel):
     assert found[other].item() == 0
 
 
-def test_the_multiscale_loss_is_the_mean_over_scales():
+def test_multiscale_losses_are_means_over_scales():
     targets = with_targets(1, 4, 4, visible_ground_known=torch.ones(1, 4, 4))
     low, high = torch.full((1, 4, 4, 4), -1.0), torch.full((1, 4, 4, 4), 2.0)
-    found = multiscale_loss({"1/1": low, "1/2": high, "1/4": high, "1/8": high}, targets).item()
+    scales = {"1/1": low, "1/2": high, "1/4": high, "1/8": high}
+    found = multiscale_losses(scales, targets)["loss"].item()
     soft = [math.log1p(math.exp(value)) for value in (-1, 2, 2, 2)]  # the loss of a "no"
     assert found == pytest.approx(sum(soft) / 4, abs=1e-5)

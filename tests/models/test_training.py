@@ -17,6 +17,7 @@ from footprints_edge_models.checkpoint import load_weights, read_checkpoint
 from footprints_edge_models.datasets import Dataset
 from footprints_edge_models.edge import EdgeNetwork
 from footprints_edge_models.losses import Targets, ground_loss
+from footprints_edge_models.reference import ReferenceNetwork
 from footprints_edge_models.samples import NO, UNKNOWN, YES, Sample
 from footprints_edge_models.training import Recipe, Stage, TrainingError, ablated, train
 
@@ -149,6 +150,19 @@ def test_a_run_can_start_from_weights(datasets, whole, tmp_path):
     for name, weight in begun.items():
         if "running" not in name and weight.is_floating_point():
             np.testing.assert_allclose(ended[name].float(), weight.float(), atol=2e-3)
+
+
+def test_the_papers_network_is_trained_alike_at_all_its_scales(datasets, tmp_path):
+    recipe = Recipe((Stage((64, 64), 2),), batch=2, warm_up=1, network="reference")
+    weights = read_checkpoint(train(datasets, recipe, tmp_path / "run", device=CPU))
+    torch.manual_seed(recipe.seed)
+    fresh = ReferenceNetwork().state_dict()
+    unused = ".bn1.", ".bn2.", "num_batches"  # of the decoders' pairs; the encoder's do learn
+    for name, weight in fresh.items():
+        if "decoder" in name and any(part in name for part in unused):
+            continue
+        assert not torch.equal(weights[name].float(), weight.half().float()), name
+    load_weights(ReferenceNetwork(), weights, "run")
 
 
 def test_a_finished_run_is_not_trained_again(datasets, whole):
