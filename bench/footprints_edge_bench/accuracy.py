@@ -26,7 +26,7 @@ from footprints_edge_bench.worst import Example, draw_examples
 
 WORST = 10
 """So many images are shown."""
-FLATTENED = ", flattened"
+UNFLATTENED = ", not flattened"
 NEEDS = {
     BOXES: "needs oriented boxes, --boxes FILE",
     VOXELS: "needs the scene in voxels, --voxels FOLDER",
@@ -74,14 +74,15 @@ class Benchmark:
         models: by the name of their rows; baselines start from the first one.
         extras: for some baselines.
         options: how the datasets were read, plain values.
-        flattened: whether each model has a second row, with ground depth laid onto its plane.
+        unflattened: whether each model has a second row, with the ground's depth as the network
+            says it instead of laid onto the ground's plane.
     """
 
     datasets: tuple[Dataset, ...]
     models: Mapping[str, Model]
     extras: Extras
     options: Mapping[str, Any]
-    flattened: bool = False
+    unflattened: bool = False
 
     def settings(self) -> dict[str, Any]:
         """Everything that the scores depend on, plain values."""
@@ -95,7 +96,7 @@ class Benchmark:
             "boxes": None if boxes is None else _sha256(boxes.read_bytes()),
             "voxels": None if self.extras.voxels is None else str(self.extras.voxels),
             **self.options,
-            **({"flattened": True} if self.flattened else {}),
+            **({"unflattened": True} if self.unflattened else {}),
         }
 
     def items(self) -> list[Item]:
@@ -104,17 +105,17 @@ class Benchmark:
 
     def predict(self, truth: Truth) -> dict[str, Prediction]:
         """Every model's prediction for an image, by the name of its row."""
-        found = {
-            row: model.predict(truth.image, intrinsics=truth.intrinsics)
-            for row, model in self.models.items()
-        }
-        if self.flattened:
-            found |= {f"{row}{FLATTENED}": each.flattened() for row, each in found.items()}
+        found = {}
+        for row, model in self.models.items():
+            plain = model.predict(truth.image, intrinsics=truth.intrinsics, flatten=False)
+            found[row] = plain.flattened()
+            if self.unflattened:
+                found[row + UNFLATTENED] = plain
         return found
 
     def rows(self) -> list[str]:
         """The names of the rows of models, in order."""
-        endings = ("", FLATTENED) if self.flattened else ("",)
+        endings = ("", UNFLATTENED) if self.unflattened else ("",)
         return [row + ending for ending in endings for row in self.models]
 
 

@@ -75,9 +75,11 @@ def accuracy(
     voxels: Annotated[
         Path | None, typer.Option(help="Folder of voxel grids, for the voxel baselines.")
     ] = None,
-    flattened: Annotated[
+    unflattened: Annotated[
         bool,
-        typer.Option("--flattened", help="Also with ground depth laid onto the ground's plane."),
+        typer.Option(
+            "--unflattened", help="Also with ground depth as the network says, not laid flat."
+        ),
     ] = False,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Throw away the results that are there already.")
@@ -116,7 +118,7 @@ def accuracy(
                 "walkable": list(reading.walkable),
                 "void": list(reading.void),
             },
-            flattened,
+            unflattened,
         )
         results = Results(output / "results.jsonl", benchmark.settings(), fresh=fresh)
         with tqdm(total=len(benchmark.items()), unit="image", disable=None) as bar:

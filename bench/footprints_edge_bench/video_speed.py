@@ -30,7 +30,7 @@ class VideoSpeed:
     Attributes:
         frames: how many went through.
         size: (H, W) of them.
-        inference_fps: of `Model.predict` on decoded frames, nothing beside it.
+        inference_fps: of `Model.predict` on decoded frames, nothing beside it, not even `flatten`.
         pipeline_fps: of `fp-infer VIDEO`: decoding, inference, overlay video and JSON lines.
         smoothed_fps: the same with --smooth.
         early_mb: resident memory after 200 frames of the pipeline, MB.
@@ -128,11 +128,11 @@ def _again_and_again(video: Path) -> Iterator[Rgb]:
 
 def _inference_fps(model: Model, sample: list[Rgb]) -> float:
     for rgb in sample[:5]:
-        model.predict(DecodedImage(rgb))
+        model.predict(DecodedImage(rgb), flatten=False)
     began_s = perf_counter()
     rounds = 4
     for rgb in sample * rounds:
-        model.predict(DecodedImage(rgb))
+        model.predict(DecodedImage(rgb), flatten=False)
     return rounds * len(sample) / (perf_counter() - began_s)
 
 

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from footprints_edge.arrays import Floats
 from footprints_edge.errors import GroundPlaneError
-from footprints_edge.geometry import rays
+from footprints_edge.ground_plane import GroundPlane
 from footprints_edge.prediction import Prediction
 
 FLAT = 0.1
@@ -18,18 +19,29 @@ the pixel laid onto the plane; from the second on, for another surface."""
 
 def flatten(prediction: Prediction) -> Prediction:
     """The same with ground depth on the plane; see `Prediction.flattened`."""
+    if not all(map(prediction.has, ("ground_probability", "unmasked_ground_depth_m"))):
+        return prediction
     try:
         plane = prediction.ground_plane()
     except GroundPlaneError:
         return prediction
     nearness = np.reciprocal(prediction.unmasked_ground_depth_m)
-    fall = -(rays(prediction.intrinsics, prediction.map_size) @ plane.up.astype(np.float32))
-    flat_nearness = fall / np.float32(plane.camera_height_m)
+    flat_nearness = _nearness_of(plane, prediction)
     below = flat_nearness > np.float32(1e-4)
-    ratio = np.where(below, flat_nearness, 1) / nearness
-    away = np.where(below, np.abs(np.log(ratio)), np.inf)
+    away = np.abs(np.log(np.where(below, flat_nearness, 1) / nearness))
+    away[~below] = np.inf
     if np.median(away[prediction.ground]) > FLAT:
         return prediction
-    share = np.clip((_NOT_AT_ALL - away) / (_NOT_AT_ALL - _WHOLLY), 0, 1).astype(np.float32)
-    mixed = np.where(share > 0, nearness + share * (flat_nearness - nearness), nearness)
-    return replace(prediction, unmasked_ground_depth_m=np.reciprocal(mixed))
+    share = np.clip((_NOT_AT_ALL - away) * np.float32(1 / (_NOT_AT_ALL - _WHOLLY)), 0, 1)
+    mixed = nearness + share * (flat_nearness - nearness)
+    return replace(prediction, unmasked_ground_depth_m=np.reciprocal(mixed), laid_onto=plane)
+
+
+def _nearness_of(plane: GroundPlane, prediction: Prediction) -> Floats:
+    """float32 (h, w), the plane's inverse depth, which is affine in the pixel."""
+    (height, width), camera = prediction.map_size, prediction.intrinsics
+    slope = -plane.up / plane.camera_height_m
+    along_x = slope[0] * (np.arange(width) - camera.cx) / camera.fx
+    along_y = slope[1] * (np.arange(height) - camera.cy) / camera.fy + slope[2]
+    nearness: Floats = np.add.outer(along_y.astype(np.float32), along_x.astype(np.float32))
+    return nearness

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from footprints_edge.arrays import Floats, Mask
 from footprints_edge.errors import GroundPlaneError
-from footprints_edge.geometry import Intrinsics, rays
+from footprints_edge.geometry import Intrinsics
 
 _FEWEST_PIXELS = 20
 _TRIALS = 150
@@ -140,7 +140,7 @@ def fit_ground_plane(
         GroundPlaneError: If there are too few ground pixels, they lie in one line, or the plane
             that they lie on is above the camera.
     """
-    height, width = ground.shape
+    width = ground.shape[1]
     count = int(np.count_nonzero(ground))
     if count < _FEWEST_PIXELS:
         raise GroundPlaneError(
@@ -151,14 +151,17 @@ def fit_ground_plane(
     chosen = np.flatnonzero(ground)
     if count > _FITTED:
         chosen = rng.choice(chosen, _FITTED, replace=False)
-    directions = rays(intrinsics, (height, width)).reshape(-1, 3)[chosen].astype(np.float64)
-    nearness = 1 / ground_depth_m.ravel()[chosen].astype(np.float64)
+    rows, columns = np.divmod(chosen, width)
+    directions = np.ones((3, len(chosen)))
+    directions[0] = (columns - intrinsics.cx) / intrinsics.fx
+    directions[1] = (rows - intrinsics.cy) / intrinsics.fy
+    nearness = 1 / ground_depth_m.take(chosen).astype(np.float64)
     gradient = _least_median(directions, nearness, rng)
     for _ in range(3):
-        residual = np.abs(directions @ gradient - nearness)
+        residual = np.abs(gradient @ directions - nearness)
         inlier = residual <= max(2.5 * 1.4826 * float(np.median(residual)), 1e-9)
-        among = directions[inlier]  # the normal equations: three by three, much faster
-        gradient = np.asarray(np.linalg.pinv(among.T @ among) @ (among.T @ nearness[inlier]))
+        among = directions * inlier  # the normal equations: three by three, much faster
+        gradient = np.asarray(np.linalg.pinv(among @ directions.T) @ (among @ nearness))
     length = float(np.linalg.norm(gradient))  # up . ray = -height / depth
     up = -gradient / length
     if up[1] > 0.2:
@@ -166,16 +169,16 @@ def fit_ground_plane(
             "the ground depth lies on a plane above the camera; is the picture upside down?"
         )
     camera_height_m = 1 / length
-    above_m = (directions / nearness[:, None]) @ up + camera_height_m
+    above_m = up @ directions / nearness + camera_height_m
     return GroundPlane(up, camera_height_m, float(np.median(np.abs(above_m))))
 
 
 def _least_median(
     directions: NDArray[np.float64], nearness: NDArray[np.float64], rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """The (3,) with the least median of |directions . it - nearness|, of planes through triples."""
+    """The (3,) with the least median of |it . directions - nearness|, of planes through triples."""
     triples = rng.integers(len(nearness), size=(_TRIALS, 3))
-    corners = directions[triples]
+    corners = directions.T[triples]
     usable = np.abs(np.linalg.det(corners)) > 1e-9  # three in a row span no plane
     if not usable.any():
         raise GroundPlaneError(
@@ -184,6 +187,7 @@ def _least_median(
         )
     planes = np.linalg.solve(corners[usable], nearness[triples[usable]][..., None])[..., 0]
     judged = rng.integers(len(nearness), size=min(_JUDGED, len(nearness)))
-    residual = np.abs(directions[judged] @ planes.T - nearness[judged][:, None])
-    best: NDArray[np.float64] = planes[np.median(residual, axis=0).argmin()]
+    residual = np.abs(planes @ directions[:, judged] - nearness[judged]).astype(np.float32)
+    middle = len(judged) // 2  # partition takes a third of the time of numpy's median by rows
+    best: NDArray[np.float64] = planes[np.partition(residual, middle)[:, middle].argmin()]
     return best

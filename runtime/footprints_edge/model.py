@@ -1,6 +1,7 @@
 """Loading a model and predicting with it: the stages, in order."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
 from typing import TypeAlias
@@ -71,7 +72,12 @@ class Model:
         return decode(image, lambda size: enough_for(self.input_size(size)))
 
     def predict(
-        self, image: ImageSource, *, intrinsics: Camera | None = None, threshold: float = 0.5
+        self,
+        image: ImageSource,
+        *,
+        intrinsics: Camera | None = None,
+        threshold: float = 0.5,
+        flatten: bool = True,
     ) -> Prediction:
         """Finds the ground in one picture.
 
@@ -83,6 +89,8 @@ class Model:
                 `lambda size: Intrinsics.from_hfov(65, size)`. None means: from EXIF, else an
                 assumed field of view; `Prediction.intrinsics.source` says which.
             threshold: Probability above which a pixel counts as ground.
+            flatten: Lay the ground's depth onto the ground's plane where it is flat, as
+                `Prediction.flattened` does; False leaves it as the network says.
 
         Returns:
             Maps at the network's input size; see `Prediction.at_image_size`.
@@ -105,11 +113,8 @@ class Model:
         times.append(perf_counter())
         camera = _camera_of(decoded, intrinsics).scaled(decoded.size, size)
         result = postprocess(maps, self.metadata, camera)
-        times.append(perf_counter())
-
-        stages = ("decode", "preprocess", "inference", "postprocess")
-        spans = zip(stages, times, times[1:], strict=False)
-        return Prediction(
+        timings_ms: dict[str, float] = {}
+        prediction = Prediction(
             visible_ground_probability=result.visible_ground_probability,
             ground_probability=result.ground_probability,
             visible_depth_m=result.visible_depth_m,
@@ -118,8 +123,16 @@ class Model:
             intrinsics=camera,
             threshold=threshold,
             model=ModelInfo(self.name, self.metadata.precision, self.sha256, self.session.runtime),
-            timings_ms={stage: 1000 * (end - start) for stage, start, end in spans},
+            timings_ms=timings_ms,
         )
+        if flatten:
+            prediction = prediction.flattened()
+        times.append(perf_counter())
+        stages = ("decode", "preprocess", "inference", "postprocess")
+        timings_ms |= {
+            stage: 1000 * (b - a) for stage, (a, b) in zip(stages, pairwise(times), strict=True)
+        }
+        return prediction
 
 
 def load(

@@ -51,7 +51,8 @@ class ModelInfo:
 class Prediction:
     """Walkable ground, seen and hidden, and depths. All maps have one size (h, w).
 
-    The fields are what the network said; masks follow from them and the threshold. What a model
+    The maps are what the network said, but for the ground's depth, which `Model.predict` lays onto
+    the ground's plane; masks follow from them and the threshold. What a model
     file does not have (`fp-export convert --outputs`) raises `MissingMapError` where it is asked
     for; `has` tells beforehand.
 
@@ -66,6 +67,7 @@ class Prediction:
         threshold: Probability above which a pixel counts as ground.
         model: Which model it is from.
         timings_ms: Milliseconds by stage: decode, preprocess, inference, postprocess.
+        laid_onto: The plane that ground depth was laid onto; None where it is as the network said.
     """
 
     visible_ground_probability: Floats
@@ -77,6 +79,7 @@ class Prediction:
     threshold: float
     model: ModelInfo
     timings_ms: Mapping[str, float]
+    laid_onto: "GroundPlane | None" = None
 
     def __post_init__(self) -> None:
         """Takes away the maps that are absent, so that they raise where they are asked for."""
@@ -124,6 +127,8 @@ class Prediction:
     def _ground_plane(self) -> "GroundPlane":
         from footprints_edge.ground_plane import fit_ground_plane
 
+        if self.laid_onto is not None:
+            return self.laid_onto
         return fit_ground_plane(self.unmasked_ground_depth_m, self.ground, self.intrinsics)
 
     @property
@@ -194,7 +199,8 @@ class Prediction:
         """The same prediction with the ground's depth laid onto `ground_plane`.
 
         Only where most of the ground lies near to that plane anyway, and there only pixels that do:
-        ramps, steps and stairs stay as they are. Without a plane it is the prediction itself.
+        ramps, steps and stairs stay as they are. Without a plane, or without the maps that it is
+        fitted to, it is the prediction itself.
         """
         from footprints_edge.flat_ground import flatten
 

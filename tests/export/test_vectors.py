@@ -109,7 +109,8 @@ def test_the_runtime_gives_what_the_vectors_say(model, vectors, manifest):
     """`predict`, which is not what wrote them, on the vector of the size that the rule gives."""
     entry = next(e for e in manifest["vectors"] if e["name"] == "landscape")
     camera = fp.Intrinsics(**entry["image_intrinsics_px"])
-    prediction = model.predict(vectors / entry["files"]["image"], intrinsics=camera)
+    image = vectors / entry["files"]["image"]
+    prediction = model.predict(image, intrinsics=camera, flatten=False)
     assert list(prediction.map_size) == entry["network_size_px"]
     at_image_size = prediction.at_image_size()
     for name in MASKS:

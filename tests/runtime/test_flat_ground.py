@@ -1,7 +1,9 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+import footprints_edge as fp
 from footprints_edge.geometry import Intrinsics, rays
 from footprints_edge.images import DecodedImage
 from footprints_edge.prediction import ModelInfo, Prediction
@@ -42,6 +44,15 @@ def test_noise_on_a_floor_goes_and_everything_else_stays():
     np.testing.assert_array_equal(flat.ground_probability, prediction.ground_probability)
 
 
+def test_the_plane_and_its_error_are_those_of_what_the_network_said():
+    noise = np.random.default_rng(0).normal(0, 0.05, SIZE)
+    prediction = floor((plane_m(1.5) * np.exp(noise)).astype(np.float32))
+    flat = prediction.flattened().at_size((48, 64))
+    assert flat.ground_plane().error_m == prediction.ground_plane().error_m > 0.01
+    nearness = np.reciprocal(flat.unmasked_ground_depth_m[1:-1])  # a resize bends the border
+    np.testing.assert_allclose(np.diff(nearness, 2, axis=0), 0, atol=2e-5)  # still a plane
+
+
 def test_another_level_keeps_its_depth():
     """A platform that takes a quarter of the picture, much nearer than the floor."""
     depth_m = plane_m(1.5)
@@ -73,3 +84,17 @@ def test_nothing_above_the_horizon_is_touched():
     above = fall <= 0
     np.testing.assert_array_equal(flat.unmasked_ground_depth_m[above], depth_m[above])
     assert np.isfinite(flat.unmasked_ground_depth_m).all()
+
+
+def test_predict_lays_the_ground_flat_unless_it_is_told_not_to():
+    room = Path(__file__).parents[2] / "examples" / "room.jpg"
+    model = fp.load(threads=1)
+    flat, plain = model.predict(room), model.predict(room, flatten=False)
+    np.testing.assert_array_equal(flat.ground, plain.ground)
+    np.testing.assert_array_equal(flat.visible_depth_m, plain.visible_depth_m)
+    expected = plain.flattened().ground_depth_m
+    np.testing.assert_array_equal(flat.ground_depth_m, expected)
+    ratio = (flat.ground_depth_m / plain.ground_depth_m)[flat.ground]
+    assert 0.01 < np.abs(np.log(ratio)).mean() < 0.2
+    assert plain.laid_onto is None
+    assert flat.ground_plane() is flat.laid_onto

@@ -36,7 +36,7 @@ def load_with(tmp_path, metadata, model_bytes):
 
 
 def test_the_maps_are_the_networks(tiny, picture):
-    prediction = tiny.predict(picture)
+    prediction = tiny.predict(picture, flatten=False)
     seen = preprocess(picture, tiny.input_size((60, 100)))[0] / np.float32(255)
     red, green, blue = np.moveaxis(seen, -1, 0)
     ground = np.clip(red + green, 0, 1)

@@ -88,7 +88,7 @@ def cut_outs(room: Image.Image) -> dict[str, bytes]:
 def write_photo(model: fp.Model, name: str, data: bytes) -> dict[str, object]:
     """Writes the photo and its maps; returns its camera and its paths."""
     (FIXTURES / name).write_bytes(data)
-    prediction = model.predict(data)
+    prediction = model.predict(data, flatten=False)
     maps: list[NDArray[np.float32]] = [
         prediction.visible_ground_probability,
         prediction.ground_probability,

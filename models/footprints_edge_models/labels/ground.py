@@ -131,7 +131,8 @@ def model_ground(name: str | None) -> GroundReader:
     model = load(name, threads=1)
 
     def read(frame: SequenceFrame) -> NDArray[np.float32]:
-        prediction = model.predict(decode(frame.image).rgb, intrinsics=frame.intrinsics)
+        rgb = decode(frame.image).rgb
+        prediction = model.predict(rgb, intrinsics=frame.intrinsics, flatten=False)
         return prediction.visible_ground_probability
 
     return read
