@@ -490,16 +490,32 @@ def passes_command(
     size: Annotated[str, typer.Option(metavar="HxW")] = "192x640",
     threads: Threads = None,
     trials: Annotated[int, typer.Option(min=2, help="Timed frames of each file.")] = 30,
+    checkpoint: Annotated[
+        Path | None, typer.Option(help="Trained weights: print what changes in their maps instead.")
+    ] = None,
+    photos: Annotated[
+        list[Path] | None,
+        typer.Option(help="With --checkpoint: folder of photos; repeat for more."),
+    ] = None,
 ) -> None:
     """Print what each graph pass gains, on random weights, as Markdown.
 
     Exit codes: 0 all done, 2 wrong usage, 3 problem with a model.
     """
+    if (checkpoint is None) != (not photos):
+        raise typer.BadParameter("--checkpoint and --photos go together")
     with explained("bench"):
         from footprints_edge.cores import usable_cores
+        from footprints_edge_bench.pass_accuracy import changes_as_markdown, measure_changes
         from footprints_edge_bench.passes import gains_as_markdown, measure_gains
 
         count = threads or usable_cores()
+        if checkpoint is not None:
+            changes = measure_changes(
+                network.value, checkpoint, precision.value, _size(size), photos or (), count
+            )
+            typer.echo(changes_as_markdown(changes), nl=False)
+            return
         gains = measure_gains(network.value, precision.value, _size(size), count, trials)
         typer.echo(gains_as_markdown(gains), nl=False)
 

@@ -7,13 +7,17 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footprints_edge.arrays import Size
+from footprints_edge_bench.made_photos import made_photo
 from footprints_edge_bench.random_weights import with_lively_weights
 from footprints_edge_bench.timing import interleaved_ms
 
 if TYPE_CHECKING:
     import onnx
+    import onnxruntime
+    from torch import nn
 
 AS_EXPORTED = "as exported"
 
@@ -50,17 +54,14 @@ def measure_gains(
         threads: of onnxruntime.
         trials: timed frames of each file.
     """
-    import onnxruntime
+    from footprints_edge_export.architectures import ARCHITECTURES
 
+    pictures = [made_photo(size, seed)[None] for seed in range(2)]
+    network = with_lively_weights(ARCHITECTURES[architecture].build(), pictures)
     image = np.random.default_rng(0).integers(0, 256, (1, *size, 3), dtype=np.uint8)
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = threads
-    options.log_severity_level = 3
     sessions = {
-        name: onnxruntime.InferenceSession(
-            model.SerializeToString(), options, providers=["CPUExecutionProvider"]
-        )
-        for name, model in _variants(architecture, precision, size)
+        name: session_of(model, threads)
+        for name, model in variants(network, precision, size, pictures)
     }
     runs: dict[str, Callable[[], object]] = {
         name: partial(session.run, None, {"image": image}) for name, session in sessions.items()
@@ -100,11 +101,17 @@ def gains_as_markdown(gains: Sequence[Gain]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _variants(
-    architecture: str, precision: str, size: Size
+def variants(
+    network: "nn.Module", precision: str, size: Size, pictures: Sequence[NDArray[np.uint8]]
 ) -> Iterator[tuple[str, "onnx.ModelProto"]]:
-    """A network's graph as exported, and after each pass more."""
-    from footprints_edge_export.architectures import ARCHITECTURES
+    """A network's graph as exported, and after each pass more.
+
+    Args:
+        network: RGB float32 (B, 3, H, W) in [0, 1] to raw channels.
+        precision: ``fp32`` or ``int8``.
+        size: (H, W).
+        pictures: that int8 is calibrated on, uint8 (1, H, W, 3) each.
+    """
     from footprints_edge_export.graph import to_graph
     from footprints_edge_export.image_input import (
         correct_first_bias,
@@ -115,15 +122,13 @@ def _variants(
     from footprints_edge_export.passes.registry import PASSES, Stage
     from footprints_edge_export.quantize import quantize
 
-    model = to_graph(
-        with_lively_weights(ARCHITECTURES[architecture].build(), _pictures(size)), size
-    )
+    model = to_graph(network, size)
     normalisation = split_normalisation(model)
     if precision == "fp32":
         join_uint8_image(model, normalisation)
     else:
         correct_first_bias(model, normalisation)
-        model = quantize(model, normalisation, _pictures(size), "x86-vnni")
+        model = quantize(model, normalisation, list(pictures), "x86-vnni")
         join_uint8_image_quantized(model, normalisation)
     yield AS_EXPORTED, model
     for each in PASSES:
@@ -132,8 +137,13 @@ def _variants(
             yield each.name, model
 
 
-def _pictures(size: Size) -> list[np.ndarray[tuple[int, ...], np.dtype[np.uint8]]]:
-    """Two made-up pictures, uint8 (1, H, W, 3) each."""
-    from footprints_edge_bench.made_photos import made_photo
+def session_of(model: "onnx.ModelProto", threads: int) -> "onnxruntime.InferenceSession":
+    """A graph in onnxruntime on the CPU."""
+    import onnxruntime
 
-    return [made_photo(size, seed)[None] for seed in range(2)]
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.log_severity_level = 3
+    return onnxruntime.InferenceSession(
+        model.SerializeToString(), options, providers=["CPUExecutionProvider"]
+    )

@@ -87,6 +87,14 @@ def convert_command(
     scale: Annotated[
         int, typer.Option(help="Of the head: 2 or 4 for reference's coarser, faster ones.")
     ] = 1,
+    focal_px: Annotated[
+        float | None,
+        typer.Option(
+            min=1.0,
+            help="Focal length, pixels of the input, of the camera that its depths are for.  "
+            "[default: edge 400; reference: depths as trained]",
+        ),
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the output.")] = False,
 ) -> None:
     """Convert CHECKPOINT to a model file, verify it, and write a report beside it, OUT.onnx.json.
@@ -110,6 +118,7 @@ def convert_command(
             training,
             outputs.value,
             scale,
+            focal_px,
         )
         report = convert(checkpoint, output, conversion, overwrite=overwrite)
         compared = {

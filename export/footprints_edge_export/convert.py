@@ -37,7 +37,7 @@ from .image_input import (
 from .ort_format import to_ort_format
 from .passes.pad_as_slices import pad_as_slices
 from .passes.registry import PASSES, Stage, apply_passes
-from .photos import list_photos, network_inputs, spread
+from .photos import network_inputs, split_photos
 from .quantize import quantize
 from .targets import TARGETS
 
@@ -52,10 +52,6 @@ IR_VERSION = 8
 BOUNDS = {"fp16": (0.99, 0.01), "ort of fp32": (0.999, 0.001), "ort of int8": (0.98, 0.05)}
 """The least IoU of a mask and the largest mean relative difference of the visible depths: of
 weights in half precision against float32, and of an ``.ort`` file against its model."""
-
-MOST_CALIBRATION_PHOTOS = 200
-HELD_OUT_EVERY = 5
-"""One calibration photo in five is kept from the calibration, to judge it."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +70,8 @@ class Conversion:
         outputs: which maps the file has, a key of ``footprints_edge.metadata.OUTPUTS``.
         scale: of the head that they come from: 1, or 2 or 4 for one of that fraction of the
             picture's sides, where the architecture has one.
+        focal_px: focal length, in pixels of the input, of the camera that the depths are for; None
+            for the architecture's own.
     """
 
     architecture: str
@@ -86,6 +84,7 @@ class Conversion:
     training: str
     outputs: str = "all"
     scale: int = 1
+    focal_px: float | None = None
 
 
 @dataclass(frozen=True)
@@ -136,7 +135,8 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
     conversion = replace(conversion, size=conversion.size or target.size)
     outputs = _checked_outputs(checkpoint, output, conversion, overwrite)
     network = _network(checkpoint, conversion)
-    calibration, held_out = _photo_split(conversion)
+    folders = conversion.calibration if conversion.precision != "fp32" else ()
+    calibration, held_out = split_photos(folders)
     calibrated_on = 0
     with tempfile.TemporaryDirectory(dir=output.parent, prefix=".fp-export-") as folder:
         fp32_path, final_path = Path(folder, "fp32.onnx"), Path(folder, "final.onnx")
@@ -246,19 +246,6 @@ def _network(checkpoint: Path, conversion: Conversion) -> nn.Module:
     return architecture.part(network, conversion.outputs, conversion.scale).eval()
 
 
-def _photo_split(conversion: Conversion) -> tuple[list[Path], list[Path]]:
-    calibration: list[Path] = []
-    held_out: list[Path] = []
-    folders = conversion.calibration if conversion.precision != "fp32" else ()
-    for folder in folders:
-        photos = spread(
-            list_photos(folder, at_least=HELD_OUT_EVERY), MOST_CALIBRATION_PHOTOS // len(folders)
-        )
-        for index, photo in enumerate(photos, 1):
-            (held_out if index % HELD_OUT_EVERY == 0 else calibration).append(photo)
-    return calibration, held_out
-
-
 def _metadata(checkpoint: Path, conversion: Conversion) -> ModelMetadata:
     architecture = ARCHITECTURES[conversion.architecture]
     return ModelMetadata(
@@ -266,7 +253,7 @@ def _metadata(checkpoint: Path, conversion: Conversion) -> ModelMetadata:
         architecture=conversion.architecture,
         precision=conversion.precision,
         depth_range_m=(MIN_DEPTH_M, MAX_DEPTH_M),
-        focal_px=architecture.focal_px,
+        focal_px=conversion.focal_px or architecture.focal_px,
         resize="lanczos",
         licence=conversion.licence or architecture.licence,
         source_sha256=file_sha256(checkpoint),

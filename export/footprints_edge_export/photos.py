@@ -1,6 +1,7 @@
 """A folder of real photos, as the runtime itself would feed them to a network."""
 
 import logging
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,10 @@ from footprints_edge.sources import expand
 from .errors import ExportError
 
 logger = logging.getLogger(__name__)
+
+MOST_CALIBRATION_PHOTOS = 200
+HELD_OUT_EVERY = 5
+"""One calibration photo in five is kept from the calibration, to judge it."""
 
 
 def list_photos(folder: Path, at_least: int) -> list[Path]:
@@ -34,6 +39,24 @@ def list_photos(folder: Path, at_least: int) -> list[Path]:
 def spread(paths: list[Path], most: int) -> list[Path]:
     """At most so many of them, evenly spread."""
     return paths if len(paths) <= most else [paths[i * len(paths) // most] for i in range(most)]
+
+
+def split_photos(folders: Sequence[Path]) -> tuple[list[Path], list[Path]]:
+    """Photos to calibrate on, and one in five kept from that, each folder drawn from alike.
+
+    Raises:
+        ExportError: no such folder, or fewer pictures than needed.
+        ImageError: no picture at all.
+    """
+    calibration: list[Path] = []
+    held_out: list[Path] = []
+    for folder in folders:
+        photos = spread(
+            list_photos(folder, at_least=HELD_OUT_EVERY), MOST_CALIBRATION_PHOTOS // len(folders)
+        )
+        for index, photo in enumerate(photos, 1):
+            (held_out if index % HELD_OUT_EVERY == 0 else calibration).append(photo)
+    return calibration, held_out
 
 
 def network_inputs(paths: list[Path], model: Model) -> list[NDArray[np.uint8]]:

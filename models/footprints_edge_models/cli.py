@@ -128,9 +128,10 @@ def reference(
 ) -> None:
     """Train the paper's own network likewise; prints the path of its weights.
 
-    Its depths are for a canonical camera: convert it with --focal-px 400.
+    Its depths are for a canonical camera, whose focal length it says when it is done.
     """
     with explained("train"):
+        from .edge import focal_px_at
         from .training import Recipe, Stage
 
         recipe = Recipe(
@@ -140,7 +141,10 @@ def reference(
             seed=seed,
             start=None if start is None else str(start),
         )
-        typer.echo(_train(data, recipe, run, device))
+        weights = _train(data, recipe, run, device)
+        focal_px = focal_px_at(recipe.stages[-1].size)
+        complain(f"Convert them with --arch reference --focal-px {focal_px:g}")
+        typer.echo(weights)
 
 
 def _train(data: Path, recipe: "Recipe", run: Path, device: str) -> Path:

@@ -93,6 +93,7 @@ def conversion():
         training=TRAINING,
         outputs="all",
         scale=1,
+        focal_px=None,
     ):
         return Conversion(
             architecture,
@@ -105,6 +106,7 @@ def conversion():
             training,
             outputs,
             scale,
+            focal_px,
         )
 
     return make

@@ -120,6 +120,15 @@ def test_the_files_keep_the_contract(edge_fp32):
     assert model.opset_import[0].version >= 18
 
 
+def test_weights_may_be_for_another_camera_than_the_architectures(
+    edge_checkpoint, conversion, tmp_path
+):
+    wanted = conversion(focal_px=312.5)
+    convert(edge_checkpoint, tmp_path / "a.onnx", wanted, overwrite=False)
+    metadata = footprints_edge.load(tmp_path / "a.onnx", threads=1).metadata
+    assert metadata.focal_px == 312.5
+
+
 def test_the_metadata_is_what_was_asked_for(edge_checkpoint, conversion, tmp_path):
     wanted = conversion(name="mine", licence="Apache-2.0", training="two photos")
     convert(edge_checkpoint, tmp_path / "a.onnx", wanted, overwrite=False)
