@@ -9,7 +9,7 @@ from footprints_edge.errors import GroundPlaneError
 from footprints_edge.ground_plane import GroundPlane
 from footprints_edge.prediction import Prediction
 
-FLAT = 0.1
+FLAT = 0.15
 """Where the median of |ln(depth / depth of the plane)| over the ground is less, it is flat."""
 
 _WHOLLY, _NOT_AT_ALL = 0.4, 0.8
