@@ -268,10 +268,10 @@ def video_command(
     Exit codes: 0 all done, 2 wrong usage, 3 problem with the model.
     """
     with explained("bench"):
-        from footprints_edge.model import load
+        from footprints_edge.cores import usable_cores
         from footprints_edge_bench.video_speed import measure_video
 
-        found = measure_video(video, load(model, threads=threads), length)
+        found = measure_video(video, model, threads or usable_cores(), length)
         if output is not None:
             output.write_text(found.as_json(), encoding="utf-8")
         typer.echo(found.as_markdown(), nl=False)

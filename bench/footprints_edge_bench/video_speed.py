@@ -4,7 +4,9 @@ import json
 import os
 import resource
 import tempfile
+from collections import deque
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from itertools import cycle, islice
 from pathlib import Path
@@ -12,7 +14,7 @@ from time import perf_counter
 
 from footprints_edge.arrays import Rgb
 from footprints_edge.images import DecodedImage
-from footprints_edge.model import Model
+from footprints_edge.model import Model, load
 from footprints_edge.pipeline import Tally, run_pipeline
 from footprints_edge.prediction import Prediction
 from footprints_edge.tracker import Tracker
@@ -30,7 +32,9 @@ class VideoSpeed:
     Attributes:
         frames: how many went through.
         size: (H, W) of them.
-        inference_fps: of `Model.predict` on decoded frames, nothing beside it, not even `flatten`.
+        inference_fps: of `Model.predict` on decoded frames, one after the other on all threads,
+            nothing beside it, not even `flatten`.
+        inference_at_once_fps: likewise, of as many frames at once as threads, on one each.
         pipeline_fps: of `fp-infer VIDEO`: decoding, inference, overlay video and JSON lines.
         smoothed_fps: the same with --smooth.
         early_mb: resident memory after 200 frames of the pipeline, MB.
@@ -40,6 +44,7 @@ class VideoSpeed:
     frames: int
     size: tuple[int, int]
     inference_fps: float
+    inference_at_once_fps: float
     pipeline_fps: float
     smoothed_fps: float
     early_mb: float
@@ -47,7 +52,7 @@ class VideoSpeed:
 
     @property
     def share(self) -> float:
-        """Of inference's frames a second that the whole reaches."""
+        """Of inference's frames a second, frame by frame, that the whole reaches."""
         return self.pipeline_fps / self.inference_fps
 
     def as_json(self) -> str:
@@ -58,7 +63,8 @@ class VideoSpeed:
         """A small table."""
         height, width = self.size
         rows = {
-            "Inference alone": f"{self.inference_fps:.1f}",
+            "Inference alone, frame by frame": f"{self.inference_fps:.1f}",
+            "Inference alone, frames at once": f"{self.inference_at_once_fps:.1f}",
             "fp-infer VIDEO": f"{self.pipeline_fps:.1f} ({self.share:.0%})",
             "fp-infer VIDEO --smooth": f"{self.smoothed_fps:.1f}",
         }
@@ -77,33 +83,51 @@ class VideoSpeed:
         )
 
 
-def measure_video(video: Path, model: Model, frames: int) -> VideoSpeed:
+def measure_video(video: Path, model: str | None, threads: int, frames: int) -> VideoSpeed:
     """Runs a video, over and over until there are so many frames.
 
     Args:
         video: a file.
-        model: to predict with.
+        model: a file or a registered name; None for the bundled one.
+        threads: to use; `fp-infer` predicts so many frames at once, on one thread each.
         frames: how many; more than 200.
     """
     sample = [
         frame.rgb for frame in islice(open_video(str(video)).frames, 50) if frame.rgb is not None
     ]
+    all_threads, one_thread = load(model, threads=threads), load(model, threads=1)
     with tempfile.TemporaryDirectory() as folder:
         long = Path(folder) / "long.mp4"
         _repeat(video, long, frames)
-        inference_fps = _inference_fps(model, sample)
+        inference_fps = _inference_fps(all_threads, sample, at_once=1)
+        at_once_fps = _inference_fps(one_thread, sample, at_once=threads)
         memory_mb: list[float] = []
 
         def note(tally: Tally) -> None:
             if tally.frames % _SETTLED == 0:
                 memory_mb.append(_resident_mb())
 
-        plain = _run(long, model, lambda prediction: prediction, Path(folder) / "plain", note)
-        smoothed = _run(long, model, Tracker().update, Path(folder) / "smoothed", lambda _: None)
+        def run(
+            name: str, then: Callable[[Prediction], Prediction], told: Callable[[Tally], None]
+        ) -> Tally:
+            opened = open_video(str(long))
+            paths = video_paths(Path(folder) / name, long.name, ["overlay", "json"])
+            return run_pipeline(
+                opened,
+                lambda rgb: one_thread.predict(DecodedImage(rgb)),
+                open_sinks(paths, opened.fps),
+                told,
+                at_once=threads,
+                then=then,
+            )
+
+        plain = run("plain", lambda prediction: prediction, note)
+        smoothed = run("smoothed", Tracker().update, lambda _: None)
     return VideoSpeed(
         plain.frames,
         (sample[0].shape[0], sample[0].shape[1]),
         inference_fps,
+        at_once_fps,
         plain.fps,
         smoothed.fps,
         memory_mb[0],
@@ -126,28 +150,16 @@ def _again_and_again(video: Path) -> Iterator[Rgb]:
                 yield frame.rgb
 
 
-def _inference_fps(model: Model, sample: list[Rgb]) -> float:
-    for rgb in sample[:5]:
-        model.predict(DecodedImage(rgb), flatten=False)
-    began_s = perf_counter()
+def _inference_fps(model: Model, sample: list[Rgb], at_once: int) -> float:
+    def predict(rgb: Rgb) -> Prediction:
+        return model.predict(DecodedImage(rgb), flatten=False)
+
     rounds = 4
-    for rgb in sample * rounds:
-        model.predict(DecodedImage(rgb), flatten=False)
-    return rounds * len(sample) / (perf_counter() - began_s)
-
-
-def _run(
-    video: Path,
-    model: Model,
-    smooth: Callable[[Prediction], Prediction],
-    out: Path,
-    progress: Callable[[Tally], None],
-) -> Tally:
-    opened = open_video(str(video))
-    sinks = open_sinks(video_paths(out, video.name, ["overlay", "json"]), opened.fps)
-    return run_pipeline(
-        opened, lambda rgb: smooth(model.predict(DecodedImage(rgb))), sinks, progress
-    )
+    with ThreadPoolExecutor(at_once) as pool:
+        deque(pool.map(predict, sample[:5]), maxlen=0)
+        began_s = perf_counter()
+        deque(pool.map(predict, sample * rounds), maxlen=0)
+        return rounds * len(sample) / (perf_counter() - began_s)
 
 
 def _resident_mb() -> float:

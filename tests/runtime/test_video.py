@@ -212,6 +212,45 @@ def test_stages_overlap():
     assert time.perf_counter() - began_s < 30 * 0.025
 
 
+def test_frames_are_predicted_at_once_and_come_out_in_order():
+    """Every third frame takes longer than two of the others."""
+    lengths_s = [0.03, 0.01, 0.01] * 8
+    followed = []
+
+    def predict(rgb):
+        time.sleep(lengths_s[int(rgb[0, 0, 0])])
+        return int(rgb[0, 0, 0])
+
+    def then(number):
+        followed.append(number)
+        return -number
+
+    frames = (Frame(i, i / 30, np.full((4, 4, 3), i, np.uint8)) for i in range(24))
+    sink = Collector()
+    began_s = time.perf_counter()
+    tally = run_pipeline(source(frames), predict, [sink], at_once=3, then=then)
+    assert time.perf_counter() - began_s < 0.75 * sum(lengths_s)
+    assert followed == list(range(24))
+    assert sink.got == [(i, -i) for i in range(24)]
+    assert (tally.frames, tally.broken) == (24, 0)
+
+
+def test_a_live_source_does_not_hold_back_what_is_predicted():
+    """The next frame comes long after: the first is written before, not when that is there."""
+    written = []
+
+    def camera():
+        yield from some_frames(1)
+        time.sleep(0.5)
+        written.append(len(sink.got))
+        yield from some_frames(1)
+
+    sink = Collector()
+    run_pipeline(source(camera(), live=True), lambda rgb: rgb.sum(), [sink], at_once=2)
+    assert written == [1]
+    assert len(sink.got) == 2
+
+
 def test_a_file_waits_for_a_slow_consumer():
     read = []
 

@@ -137,18 +137,28 @@ def infer(
             pictures, wanted, output, recursive=recursive, overwrite=overwrite, extra=extra
         )
         resolve(model)  # a wrong name shows even where there is nothing to do
-        if batch.tasks or videos:
+        if batch.tasks:
             from footprints_edge.model import load
 
             loaded = load(model, threads=threads)
             _work(batch, loaded, camera, threshold, quiet=quiet, verbose=verbose)
         if videos:
             from footprints_edge.cli.video import VideoOptions, infer_videos
+            from footprints_edge.cores import usable_cores
+            from footprints_edge.model import load
 
             options = VideoOptions(
-                pace, layout, smooth, panel, wanted, output, overwrite=overwrite, quiet=quiet
+                pace,
+                layout,
+                smooth,
+                panel,
+                wanted,
+                threads or usable_cores(),
+                output,
+                overwrite=overwrite,
+                quiet=quiet,
             )
-            infer_videos(videos, options, loaded, camera, threshold, batch)
+            infer_videos(videos, options, load(model, threads=1), camera, threshold, batch)
         _close(batch, quiet=quiet)
 
 

@@ -21,7 +21,6 @@ from footprints_edge.video_writers import open_sinks, video_paths
 from footprints_edge.writers import refuse_overwriting
 
 if TYPE_CHECKING:
-    from footprints_edge.arrays import Rgb
     from footprints_edge.model import Camera, Model
     from footprints_edge.prediction import Prediction
 
@@ -38,6 +37,7 @@ class VideoOptions:
         smooth: Whether the maps are kept steady from frame to frame.
         top_down: Whether the overlay shows the ground from above as well.
         formats: Of the outputs.
+        at_once: Frames that are predicted at the same time.
         output: Folder of the outputs; None means beside each file, or here.
         overwrite: Whether outputs that are there are replaced.
         quiet: Whether nothing but results and errors is said.
@@ -48,6 +48,7 @@ class VideoOptions:
     smooth: bool
     top_down: bool
     formats: Sequence[str]
+    at_once: int
     output: Path | None
     overwrite: bool
     quiet: bool
@@ -63,7 +64,8 @@ def infer_videos(
 ) -> None:
     """Does one video after the other, and says which files it wrote.
 
-    What could not be done goes to `batch`, as for pictures.
+    `model` is best loaded with one thread: `VideoOptions.at_once` keeps the cores busy. What could
+    not be done goes to `batch`, as for pictures.
     """
     # a service that is stopped closes its files as one at a terminal does
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -101,11 +103,18 @@ def _infer_video(
         if not paths:
             return False
         sinks = open_sinks(paths, video.fps, top_down=options.top_down)
-        predict = _predictor(model, camera, threshold, smooth=options.smooth)
+        then = _smoother() if options.smooth else lambda prediction: prediction
         stack.pop_all()  # the pipeline closes it
     progress = _Progress(video, quiet=options.quiet)
     try:
-        tally = run_pipeline(video, predict, sinks, progress.show)
+        tally = run_pipeline(
+            video,
+            lambda rgb: model.predict(DecodedImage(rgb), intrinsics=camera, threshold=threshold),
+            sinks,
+            progress.show,
+            at_once=options.at_once,
+            then=then,
+        )
     finally:
         progress.clear()
         for path in paths.values():
@@ -118,18 +127,10 @@ def _infer_video(
     return tally.interrupted
 
 
-def _predictor(
-    model: "Model", camera: "Camera | None", threshold: float, *, smooth: bool
-) -> "Callable[[Rgb], Prediction]":
-    def predict(rgb: "Rgb") -> "Prediction":
-        return model.predict(DecodedImage(rgb), intrinsics=camera, threshold=threshold)
-
-    if not smooth:
-        return predict
+def _smoother() -> "Callable[[Prediction], Prediction]":
     from footprints_edge.tracker import Tracker
 
-    tracker = Tracker()
-    return lambda rgb: tracker.update(predict(rgb))
+    return Tracker().update
 
 
 def _line_about(video: Video, tally: Tally) -> str:
