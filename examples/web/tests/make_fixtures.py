@@ -88,7 +88,7 @@ def cut_outs(room: Image.Image) -> dict[str, bytes]:
 def write_photo(model: fp.Model, name: str, data: bytes) -> dict[str, object]:
     """Writes the photo and its maps; returns its camera and its paths."""
     (FIXTURES / name).write_bytes(data)
-    prediction = model.predict(data, flatten=False)
+    prediction = model.predict(data)
     maps: list[NDArray[np.float32]] = [
         prediction.visible_ground_probability,
         prediction.ground_probability,
@@ -96,6 +96,8 @@ def write_photo(model: fp.Model, name: str, data: bytes) -> dict[str, object]:
         prediction.unmasked_ground_depth_m,
     ]
     np.save(FIXTURES / f"{name}.npy", np.stack(maps))
+    plain_depth_m = model.predict(data, flatten=False).unmasked_ground_depth_m
+    np.save(FIXTURES / f"{name}-plain-depth.npy", plain_depth_m)
     camera = prediction.intrinsics
     return {
         "camera": [camera.fx, camera.fy, camera.cx, camera.cy, camera.source],

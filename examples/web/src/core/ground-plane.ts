@@ -5,7 +5,7 @@ import { THRESHOLD, type Maps } from "./maps";
 const FEWEST_PIXELS = 20;
 
 /** Three numbers need no more pixels than this, drawn evenly. */
-const FITTED = 8000;
+const FITTED = 2000;
 
 const ROUNDS = 8;
 
@@ -36,18 +36,27 @@ export class GroundPlane {
     let slope = leastSquares(rays, nearness, () => true);
     for (let round = 0; round < ROUNDS && slope; round++) {
       const fitted = slope;
-      const off = rays.map((ray, i) => Math.abs(dot(fitted, ray) - nearness[i]));
-      const median = off.toSorted((a, b) => a - b)[off.length >> 1];
+      const off = Float64Array.from(rays, (ray, i) => Math.abs(dot(fitted, ray) - nearness[i]));
+      const median = off.toSorted()[off.length >> 1];
       const most = Math.max(2.5 * 1.4826 * median, 1e-9);
       slope = leastSquares(rays, nearness, (i) => off[i] <= most);
     }
     return slope && new GroundPlane(maps, slope);
   }
 
+  /** The inverse of the plane's depth on a pixel's ray; not positive at and above the horizon. */
+  nearnessAt(pixel: number): number {
+    const { width, camera } = this.maps;
+    const x = pixel % width;
+    const y = (pixel - x) / width;
+    const [a, b, c] = this.slope;
+    return (a * (x - camera.cx)) / camera.fx + (b * (y - camera.cy)) / camera.fy + c;
+  }
+
   /** Where a pixel's ray meets the plane, metres in camera axes; NaN at and above the horizon. */
   at(pixel: number): Triple {
     const ray = rayOf(this.maps, pixel);
-    const nearness = dot(this.slope, ray);
+    const nearness = this.nearnessAt(pixel);
     return ray.map((each) => (nearness > 1e-9 ? each / nearness : NaN)) as Triple;
   }
 }

@@ -1,6 +1,7 @@
 /** The worker that looks at pictures, so that the page stays free for the hand. */
 
 import { cameraOf, scaledCamera } from "../core/camera";
+import { flatten } from "../core/flat-ground";
 import { readMaps, type Maps } from "../core/maps";
 import { drawGround } from "../core/overlay";
 import { findPath } from "../core/path";
@@ -45,7 +46,7 @@ async function analyse(request: Request & { kind: "analyse" }): Promise<Analysis
   const output = await network.run(input, size);
   times.push(performance.now());
   const camera = scaledCamera(cameraOf(picture, focal35mm), picture, size);
-  const maps = readMaps(output, size, network.facts, camera);
+  const maps = flatten(readMaps(output, size, network.facts, camera));
   lastMaps = maps;
   const path = goal && findPath(maps, goal);
   times.push(performance.now());
