@@ -34,12 +34,13 @@ class Camera:
     def rays(self, size: Size | None = None) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Origins and directions (N, 3) of the pixels of its picture, or of one of another size.
 
-        A direction's length is such that one length is one metre along the optical axis.
+        A direction's length is such that one length is one metre along the optical axis. In memory
+        they are planes, one for each of x, y and z.
         """
         size = size or self.size
         local = rays(self.intrinsics.scaled(self.size, size), size).reshape(-1, 3)
-        directions = local @ self.rotation.T.astype(np.float32)
-        return np.tile(self.position_m.astype(np.float32), (len(directions), 1)), directions
+        directions = np.asfortranarray(local @ self.rotation.T.astype(np.float32))
+        return np.broadcast_to(self.position_m.astype(np.float32), directions.shape), directions
 
 
 def looking(heading: float, pitch_down: float, roll: float) -> NDArray[np.float64]:
@@ -86,13 +87,13 @@ def choose_camera(
     fallback: tuple[float, Camera] | None = None
     shy = rng.random() < 0.06  # one picture in sixteen may show no ground
     wanted = int(rng.choice([0, 2, 4, 6, 9], p=[0.08, 0.17, 0.3, 0.3, 0.15]))
+    around = np.random.default_rng(0).normal(size=(40, 3)).astype(np.float32)
+    around /= np.linalg.norm(around, axis=1, keepdims=True)
     for _ in range(CANDIDATES):
         camera = _draw(scene, size, rng)
         eye = camera.position_m.astype(np.float32)
         below = np.array([[eye[0], eye[1], -1.0]], np.float32)
         inside = outlines.first_hits(below, np.array([[0, 0, 1]], np.float32)).triangle[0] >= 0
-        around = np.random.default_rng(0).normal(size=(40, 3)).astype(np.float32)
-        around /= np.linalg.norm(around, axis=1, keepdims=True)
         near = solids.blocked(np.tile(eye, (40, 1)), around, np.full(40, 0.35, np.float32))
         if inside or near.any():
             continue

@@ -27,45 +27,55 @@ class Hits:
 
 
 class Triangles:
-    """Triangles that rays can be sent at."""
+    """Triangles that rays can be sent at.
 
-    def __init__(self, corners: Floats32) -> None:
-        """Builds the tree over float32 (T, 3, 3) corners; T may be 0."""
+    Rays have float32 origins (N, 3), and directions (N, 3), or (1, 3) if all have the same.
+    """
+
+    def __init__(self, corners: Floats32, indices: NDArray[np.int32] | None = None) -> None:
+        """Builds the tree; T may be 0.
+
+        Embree is handed number by number: that takes half as long where triangles share points.
+
+        Args:
+            corners: float32 (T, 3, 3), or points (P, 3).
+            indices: int32 (T, 3), the three points of each triangle.
+        """
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene
 
         self._scene = None
-        if len(corners):
+        if len(corners if indices is None else indices):
             self._scene = EmbreeScene(_device())
-            TriangleMesh(self._scene, np.ascontiguousarray(corners, dtype=np.float32))
+            TriangleMesh(self._scene, corners, indices)
 
     def first_hits(self, origins: Floats32, directions: Floats32) -> Hits:
-        """The first triangle on each ray; origins and directions are float32 (N, 3)."""
-        count = len(directions)
+        """The first triangle on each ray."""
+        count = len(origins)
         if self._scene is None or not count:
             nothing = np.full(count, -1, np.int32)
             zeros = np.zeros(count, np.float32)
             return Hits(nothing, np.full(count, np.inf, np.float32), zeros, zeros)
-        found = self._scene.run(_rows(origins), _rows(directions), output=1)
+        found = self._scene.run(origins, directions, output=1)
         triangle = found["primID"]
         distance = np.where(triangle >= 0, found["tfar"], np.float32(np.inf))
         return Hits(triangle, distance, found["u"], found["v"])
 
     def distances(self, origins: Floats32, directions: Floats32) -> Floats32:
         """How far each ray gets, float32 (N,), in lengths of its direction; 1e37 if nowhere."""
-        if self._scene is None or not len(directions):
-            return np.full(len(directions), np.inf, np.float32)
-        found = self._scene.run(_rows(origins), _rows(directions), query="DISTANCE")
+        if self._scene is None or not len(origins):
+            return np.full(len(origins), np.inf, np.float32)
+        found = self._scene.run(origins, directions, query="DISTANCE")
         return np.asarray(found, dtype=np.float32)
 
     def blocked(
         self, origins: Floats32, directions: Floats32, reach: Floats32
     ) -> NDArray[np.bool_]:
         """Whether each ray meets something within ``reach`` lengths of its direction, bool (N,)."""
-        if self._scene is None or not len(directions):
-            return np.zeros(len(directions), np.bool_)
+        if self._scene is None or not len(origins):
+            return np.zeros(len(origins), np.bool_)
         reach = np.ascontiguousarray(reach, dtype=np.float32)
-        found = self._scene.run(_rows(origins), _rows(directions), dists=reach, query="OCCLUDED")
+        found = self._scene.run(origins, directions, dists=reach, query="OCCLUDED")
         return np.asarray(found >= 0)
 
 
@@ -75,7 +85,3 @@ def _device() -> object:
     from embreex.rtcore import EmbreeDevice
 
     return EmbreeDevice()
-
-
-def _rows(array: Floats32) -> Floats32:
-    return np.ascontiguousarray(array, dtype=np.float32)

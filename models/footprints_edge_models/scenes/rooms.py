@@ -61,7 +61,7 @@ class Room:
         self, thing: Thing, rng: np.random.Generator, *, gap_m: float = 0.02, tries: int = 8
     ) -> tuple[float, float, float] | None:
         """Stands a thing with its back to a wall; returns x, y and yaw."""
-        low, high = thing.extent()
+        low, high = thing.extent
         for _ in range(tries):
             side = int(rng.integers(4))
             yaw = (0.0, np.pi / 2, np.pi, -np.pi / 2)[side]
@@ -96,7 +96,7 @@ class Room:
 
 
 def _place_of(thing: Thing, x: float, y: float, yaw: float) -> Rect:
-    low, high = thing.extent()
+    low, high = thing.extent
     corners = rectangle(low[0], low[1], high[0], high[1]) @ placement(0, 0, 0, yaw)[:2, :2].T
     least, most = (op(corners, axis=0) + np.array((x, y)) for op in (np.min, np.max))
     return Rect(float(least[0]), float(least[1]), float(most[0]), float(most[1]))

@@ -16,13 +16,14 @@ def photograph(light: NDArray[np.float32], rng: np.random.Generator) -> NDArray[
     aim = 0.2 * np.exp(rng.normal(0, 0.3))
     gain = min(aim / middle, 0.95 * np.exp(rng.normal(0, 0.3)) / bright)
     balance = np.exp(rng.normal(0, 0.06, 3)).astype(np.float32)
-    light = light * (gain * balance)
+    light = _scaled(light, np.tile(np.float32(gain) * balance, width))
     if rng.random() < 0.5:  # light scattered in the lens
         glow = cv2.GaussianBlur(np.minimum(light, 4), (0, 0), width / 40)
         light = light + (glow - light) * float(rng.uniform(0.02, 0.1))
     if rng.random() < 0.6:
-        y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
-        light = light * (1 - rng.uniform(0, 0.35) * (x**2 + y**2) / 2).astype(np.float32)[..., None]
+        y, x = np.ogrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
+        shade = (1 - rng.uniform(0, 0.35) * (x**2 + y**2) / 2).astype(np.float32)
+        light = _scaled(light, np.repeat(shade, 3, axis=1))
     dice = rng.random()
     if dice < 0.4:
         light = cv2.GaussianBlur(light, (0, 0), float(rng.uniform(0.35, 1.1)))
@@ -42,9 +43,14 @@ def photograph(light: NDArray[np.float32], rng: np.random.Generator) -> NDArray[
     contrast = float(rng.normal(0.25, 0.2))
     tone = tone + contrast * (tone - 0.5) * tone * (1 - tone) * 2
     saturation = float(np.clip(rng.normal(1.0, 0.15), 0.4, 1.5))
-    level = tone @ vector([0.3, 0.59, 0.11])
-    tone = level[..., None] + (tone - level[..., None]) * saturation
+    level = cv2.merge([tone @ vector([0.3, 0.59, 0.11])] * 3)
+    tone = level + (tone - level) * saturation
     return np.asarray(np.clip(tone, 0, 1) * 255 + 0.5, dtype=np.uint8)
+
+
+def _scaled(light: NDArray[np.float32], by: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Light (H, W, 3) times (H, 3 W), or (3 W,): whole rows at once, not three numbers."""
+    return (light.reshape(len(light), -1) * by).reshape(light.shape)
 
 
 def _shaken(light: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:

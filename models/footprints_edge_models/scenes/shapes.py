@@ -28,9 +28,29 @@ class Shape:
     convex: bool = True
 
     @cached_property
-    def outline(self) -> NDArray[np.float32]:
-        """Its different corners, float32 (N, 3)."""
-        return np.unique(self.corners.reshape(-1, 3), axis=0)
+    def outline(self) -> NDArray[np.float64]:
+        """Its different corners, (N, 3): float64 as are the matrices that they are put to."""
+        return self._points_and_triangles[0]
+
+    @cached_property
+    def triangles(self) -> NDArray[np.int32]:
+        """Which of ``outline`` are the corners of each triangle, int32 (T, 3)."""
+        return self._points_and_triangles[1]
+
+    @cached_property
+    def size(self) -> NDArray[np.float32]:
+        """Extent along x, y and z, (3,)."""
+        return np.asarray(np.ptp(self.corners.reshape(-1, 3), axis=0))
+
+    @cached_property
+    def facing(self) -> NDArray[np.float32]:
+        """How much each triangle looks along x, y and z, (T, 3)."""
+        return np.asarray(np.abs(self.normals.sum(axis=1)))
+
+    @cached_property
+    def _points_and_triangles(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        points, which = np.unique(self.corners.reshape(-1, 3), axis=0, return_inverse=True)
+        return points.astype(np.float64), which.reshape(-1, 3).astype(np.int32)
 
 
 def loft(sections: ArrayLike, *, smooth: bool = False, convex: bool = True) -> Shape:

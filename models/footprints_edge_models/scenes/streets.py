@@ -348,7 +348,7 @@ def _park_cars(site: Site, side: int, edge: float, start: float, end: float) -> 
             made = vehicles.bus(palette)
         else:
             made = vehicles.motorbike(palette, ridden=False)
-        low, high = made.extent()
+        low, high = made.extent
         x = edge - high[0] - rng.uniform(0.1, 0.4)
         site.put(made, side * x, y + high[1], 0.0, np.pi * (side > 0) + rng.normal(0, 0.03))
         y += float(high[1] - low[1]) + float(rng.uniform(0.5, 1.6))

@@ -6,6 +6,7 @@ World axes: x and y along the ground, z up, metres.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -70,6 +71,7 @@ class Thing:
                 outlines.append(convex_hull_2d(world))
         return outlines
 
+    @cached_property
     def extent(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Least and greatest corner (3,) of the box around it, in its own axes."""
         points = np.concatenate(
@@ -94,9 +96,9 @@ def placement(x: float, y: float, z: float = 0.0, yaw: float = 0.0) -> NDArray[n
 
 
 def composed(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The matrix (3, 4) of ``outer`` after ``inner``."""
-    matrix = outer[:, :3] @ inner
-    matrix[:, 3] += outer[:, 3]
+    """The matrices (..., 3, 4) of ``outer`` after ``inner``."""
+    matrix: NDArray[np.float64] = outer[..., :3] @ inner
+    matrix[..., 3] += outer[..., 3]
     return matrix
 
 
@@ -104,7 +106,7 @@ def _sized(
     shape: Shape, material: Material, size: ArrayLike, at: ArrayLike, yaw: float, lean: float = 0.0
 ) -> Part:
     matrix = np.zeros((3, 4))
-    matrix[[0, 1, 2], [0, 1, 2]] = size
+    matrix.reshape(-1)[::5] = size  # its diagonal
     if lean:
         cos, sin = np.cos(lean), np.sin(lean)
         matrix[:, :3] = np.array([[1, 0, 0], [0, cos, -sin], [0, sin, cos]]) @ matrix[:, :3]

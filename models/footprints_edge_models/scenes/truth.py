@@ -38,27 +38,31 @@ def truth_of(camera: Camera, geometry: Geometry, solids: Triangles, outlines: Tr
     """
     origins, directions = camera.rays()
     seen = solids.first_hits(origins, directions)
-    ground = Triangles(geometry.corners[geometry.thing == GROUND]).first_hits(origins, directions)
-    met = ground.triangle >= 0
-    depth_m = np.where(met, ground.distance, 0).astype(np.float32)
-    points = origins + directions * depth_m[:, None]
-    below = points.copy()
-    below[:, 2] = -1
-    up = np.zeros_like(points)
-    up[:, 2] = 1
-    taken = met.copy()
-    taken[met] = outlines.first_hits(below[met], up[met]).triangle >= 0
-    is_seen = (seen.triangle >= 0) & (geometry.thing[seen.triangle] == GROUND) & met
-    hidden = met & ~is_seen
+    met_any = seen.triangle >= 0
+    is_seen = met_any & (geometry.thing[seen.triangle] == GROUND)
+    depth_m = np.where(is_seen, seen.distance, 0).astype(np.float32)
+    # what is seen of the ground is also its first meeting with the ray: only the others are asked
+    rest = np.flatnonzero(~is_seen)
+    ground = Triangles(geometry.points[geometry.triangles[geometry.thing == GROUND]])
+    found = ground.first_hits(origins[rest], np.take(directions.T, rest, axis=1).T)
+    depth_m[rest] = np.where(found.triangle >= 0, found.distance, 0)
+    met = is_seen.copy()
+    met[rest] = found.triangle >= 0
+    grounded = np.flatnonzero(met)
+    below = origins[grounded].T + np.take(directions.T, grounded, axis=1) * depth_m[grounded]
+    below[2] = -1
+    taken = np.zeros_like(met)
+    up, far = np.array([[0, 0, 1]], np.float32), np.full(len(grounded), 1e37, np.float32)
+    taken[grounded] = outlines.blocked(below.T, up, far)
+    hidden = np.flatnonzero(met & ~is_seen)
     behind_wall = np.zeros_like(met)
-    walls = Triangles(geometry.corners[geometry.is_wall])
+    walls = Triangles(geometry.points[geometry.triangles[geometry.is_wall]])
     behind_wall[hidden] = walls.blocked(origins[hidden], directions[hidden], depth_m[hidden] - 1e-3)
     bits = np.zeros(met.shape, np.uint8)
     bits[is_seen & ~taken] |= VISIBLE_GROUND
     bits[met & ~taken] |= GROUND_ANYWHERE
     bits[taken] |= FOOTPRINT
     bits[behind_wall] |= BEHIND_WALL
-    visible_m = np.where(seen.triangle >= 0, seen.distance, 0).astype(np.float32)
-    visible_m = np.where(is_seen, depth_m, visible_m)
+    visible_m = np.where(met_any, seen.distance, 0).astype(np.float32)
     shape = camera.size
     return Truth(bits.reshape(shape), visible_m.reshape(shape), depth_m.reshape(shape))

@@ -94,7 +94,7 @@ def test_a_table_top_is_never_visible_ground(scene_of, camera, truth_for, librar
 def test_the_ground_under_a_vehicle_is_not_walkable(scene_of, camera, truth_for, library):
     for seed in range(3):
         car = vehicles.car(Palette(library, np.random.default_rng(seed)))
-        low, high = car.extent()
+        low, high = car.extent
         truth = truth_for(scene_of(car.at(0, 5.0)), camera)
         depth, at = floor_points(camera)
         shrunk = np.minimum(-low[:2], high[:2]) - 0.35
