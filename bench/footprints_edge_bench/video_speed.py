@@ -95,12 +95,12 @@ def measure_video(video: Path, model: str | None, threads: int, frames: int) -> 
     sample = [
         frame.rgb for frame in islice(open_video(str(video)).frames, 50) if frame.rgb is not None
     ]
-    all_threads, one_thread = load(model, threads=threads), load(model, threads=1)
+    inference_fps = _inference_fps(load(model, threads=threads), sample, at_once=1)
+    one_thread = load(model, threads=1)
+    at_once_fps = _inference_fps(one_thread, sample, at_once=threads)
     with tempfile.TemporaryDirectory() as folder:
         long = Path(folder) / "long.mp4"
         _repeat(video, long, frames)
-        inference_fps = _inference_fps(all_threads, sample, at_once=1)
-        at_once_fps = _inference_fps(one_thread, sample, at_once=threads)
         memory_mb: list[float] = []
 
         def note(tally: Tally) -> None:
