@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from footprints_edge.errors import FootprintsError
+from footprints_edge.flat_ground import FLAT
 from footprints_edge.model import Model
 from footprints_edge.prediction import Prediction
 from footprints_edge.session import runtime
@@ -95,6 +96,7 @@ class Benchmark:
             "images": _sha256("\n".join(item.name for item in self.items()).encode()),
             "boxes": None if boxes is None else _sha256(boxes.read_bytes()),
             "voxels": None if self.extras.voxels is None else str(self.extras.voxels),
+            "flat": FLAT,
             **self.options,
             **({"unflattened": True} if self.unflattened else {}),
         }

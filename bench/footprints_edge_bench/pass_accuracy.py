@@ -55,6 +55,7 @@ def measure_changes(
 
     Raises:
         ExportError: a folder is missing, or has too few photos.
+        ImageError: one holds no photo, or one that cannot be read.
         ModelError: the checkpoint is not one of the architecture.
     """
     from footprints_edge_export.architectures import ARCHITECTURES

@@ -51,9 +51,8 @@ def split_photos(folders: Sequence[Path]) -> tuple[list[Path], list[Path]]:
     calibration: list[Path] = []
     held_out: list[Path] = []
     for folder in folders:
-        photos = spread(
-            list_photos(folder, at_least=HELD_OUT_EVERY), MOST_CALIBRATION_PHOTOS // len(folders)
-        )
+        most = max(HELD_OUT_EVERY, MOST_CALIBRATION_PHOTOS // len(folders))
+        photos = spread(list_photos(folder, at_least=HELD_OUT_EVERY), most)
         for index, photo in enumerate(photos, 1):
             (held_out if index % HELD_OUT_EVERY == 0 else calibration).append(photo)
     return calibration, held_out

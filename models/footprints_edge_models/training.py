@@ -101,11 +101,13 @@ class Recipe:
     peak: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuses a prior outside [0, 1], and a peak outside (0, 1].
+        """Refuses an unknown network, a prior outside [0, 1], and a peak outside (0, 1].
 
         Raises:
             TrainingError: if it is.
         """
+        if self.network not in NETWORKS:
+            raise TrainingError(f"network {self.network!r}: there are {', '.join(NETWORKS)}")
         if not 0 <= self.prior <= 1:
             raise TrainingError(f"prior {self.prior}: the paper's lambda lies between 0 and 1")
         if not 0 < self.peak <= 1:
@@ -282,7 +284,7 @@ def _resume(
     state = read_checkpoint(run / "last.pt")
     if not isinstance(state, dict) or "recipe" not in state:
         raise TrainingError(f"{run / 'last.pt'} is not of a training run; name another folder")
-    if state["recipe"] != asdict(recipe):
+    if {"network": "edge", **state["recipe"]} != asdict(recipe):  # old runs had one network only
         raise TrainingError(
             f"{run} holds a run of another recipe ({state['recipe']}); name another folder"
         )

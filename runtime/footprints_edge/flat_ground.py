@@ -19,6 +19,8 @@ the pixel laid onto the plane; from the second on, for another surface."""
 
 def flatten(prediction: Prediction) -> Prediction:
     """The same with ground depth on the plane; see `Prediction.flattened`."""
+    if prediction.laid_onto is not None:
+        return prediction
     if not all(map(prediction.has, ("ground_probability", "unmasked_ground_depth_m"))):
         return prediction
     try:

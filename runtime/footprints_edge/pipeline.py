@@ -1,16 +1,15 @@
 """Decoding, inference and output of a video at the same time, in bounded memory."""
 
-from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from queue import Empty, Full, Queue
-from threading import Event, Thread
+from threading import Event, Semaphore, Thread
 from time import perf_counter
 from typing import Protocol, TypeAlias
 
 from footprints_edge.arrays import Rgb
-from footprints_edge.errors import FootprintsError
+from footprints_edge.errors import FootprintsError, VideoError
 from footprints_edge.prediction import Prediction
 from footprints_edge.video import Frame, Video
 
@@ -73,7 +72,7 @@ def run_pipeline(
     One thread decodes, some predict, another feeds the sinks; at most `WAITING` frames wait before
     and after the prediction. Where the others are slower, a file waits; a live source goes on, and
     the oldest frame that waits makes room. A frame that is broken is counted. Ctrl-C ends the video
-    as its end does.
+    as its end does, with all that was begun.
 
     Args:
         video: To read; closed at the end.
@@ -92,43 +91,40 @@ def run_pipeline(
     tally = Tally()
     began_s = perf_counter()
     decoder = _Decoder(video, tally)
+    predictors = _Predictors(decoder, predict, at_once)
     writer = _Writer(sinks)
-    decoder.start()
-    writer.start()
-    predictors = ThreadPoolExecutor(at_once, thread_name_prefix="predict")
-    underway: deque[tuple[Frame, Future[Prediction]]] = deque()
+
+    def take(frame: Frame, coming: Future[Prediction] | None) -> None:
+        try:
+            if coming is None:
+                raise VideoError("cannot be decoded")
+            prediction = then(coming.result())
+        except FootprintsError as error:
+            tally.broken += 1
+            tally.reason = tally.reason or f"frame {frame.index}: {error}"
+            return
+        writer.give(frame, prediction)
+        tally.frames += 1
+        tally.seconds = perf_counter() - began_s
+        progress(tally)
+
+    for stage in (decoder, predictors, writer):
+        stage.start()
     try:
-        while not writer.failed:
-            while len(underway) < at_once:
-                frame = decoder.next(wait=not underway)
-                if frame is None:
-                    break
-                if frame.rgb is None:
-                    tally.broken += 1
-                    tally.reason = tally.reason or f"frame {frame.index} cannot be decoded"
-                    continue
-                underway.append((frame, predictors.submit(predict, frame.rgb)))
-            if not underway:
-                break
-            frame, coming = underway.popleft()
-            try:
-                prediction = then(coming.result())
-            except FootprintsError as error:
-                tally.broken += 1
-                tally.reason = tally.reason or f"frame {frame.index}: {error}"
-                continue
-            writer.give(frame, prediction)
-            tally.frames += 1
-            tally.seconds = perf_counter() - began_s
-            progress(tally)
+        while not writer.failed and (item := predictors.next()) is not None:
+            take(*item)
     except KeyboardInterrupt:
         tally.interrupted = True
+        decoder.stop()
+        predictors.stop()
+        while (item := predictors.next()) is not None:
+            take(*item)
     finally:
         decoder.end()
-        predictors.shutdown(cancel_futures=True)
+        predictors.end()
         writer.end()
     tally.seconds = perf_counter() - began_s
-    for failed in (writer.error, decoder.error):
+    for failed in (writer.error, predictors.error, decoder.error):
         if failed is not None:
             raise failed
     return tally
@@ -188,19 +184,68 @@ class _Decoder(_Stage):
         except Empty:  # it was just taken
             pass
 
-    def next(self, *, wait: bool) -> Frame | None:
-        """The next frame; None after the last one, and where it is not there yet without `wait`."""
-        while True:
+    def next(self) -> Frame | None:
+        """The next frame; None after the last one, and when no more are wanted."""
+        while not self._enough.is_set():
             ended = self.stopped.is_set()
             try:
-                return self._queue.get(timeout=_LOOK_UP_S if wait and not ended else 0)
+                return self._queue.get(timeout=0 if ended else _LOOK_UP_S)
             except Empty:
-                if ended or not wait:
+                if ended:
                     return None
+        return None
+
+    def stop(self) -> None:
+        self._enough.set()
 
     def end(self) -> None:
-        self._enough.set()
+        self.stop()
         self.join(timeout=10)  # a dead stream may hold it longer: the outputs come first
+
+
+class _Predictors(_Stage):
+    """Hands each frame to a free thread as soon as there is one; gives the results in order."""
+
+    def __init__(self, decoder: _Decoder, predict: Predict, at_once: int) -> None:
+        super().__init__()
+        self._decoder, self._predict = decoder, predict
+        self._pool = ThreadPoolExecutor(at_once, thread_name_prefix="predict")
+        self._free = Semaphore(at_once)
+        self._enough = Event()
+        self._underway: Queue[tuple[Frame, Future[Prediction] | None] | None] = Queue()
+
+    def work(self) -> None:
+        try:
+            while self._free.acquire() and not self._enough.is_set():
+                frame = self._decoder.next()
+                if frame is None:
+                    break
+                rgb = frame.rgb
+                coming = None if rgb is None else self._pool.submit(self._predict, rgb)
+                self._underway.put((frame, coming))
+        finally:
+            self._underway.put(None)
+
+    def next(self) -> tuple[Frame, Future[Prediction] | None] | None:
+        """The next frame, when it is predicted; None after the last one.
+
+        A frame that could not be decoded has no prediction.
+        """
+        item = self._underway.get()
+        if item is not None:
+            if item[1] is not None:
+                wait([item[1]])
+            self._free.release()
+        return item
+
+    def stop(self) -> None:
+        self._enough.set()
+        self._free.release()
+
+    def end(self) -> None:
+        self.stop()
+        self.join()
+        self._pool.shutdown(cancel_futures=True)
 
 
 class _Writer(_Stage):

@@ -68,6 +68,7 @@ class Prediction:
         model: Which model it is from.
         timings_ms: Milliseconds by stage: decode, preprocess, inference, postprocess.
         laid_onto: The plane that ground depth was laid onto; None where it is as the network said.
+            It is `ground_plane` then: who replaces depth or camera sets it to None.
     """
 
     visible_ground_probability: Floats

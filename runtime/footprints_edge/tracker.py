@@ -117,6 +117,7 @@ class Tracker:
                 self._moved(then.unmasked_ground_depth_m, ground_at) / farther,
                 ground_alike,
             ),
+            laid_onto=None,  # it is the plane of the steady depth that is steady
         )
 
     def _moved(self, values: NDArray[Any], at: Floats) -> Floats:

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import shutil
 import subprocess
 import sys
 
@@ -181,6 +182,16 @@ def test_another_recipe_in_the_same_folder_is_refused(datasets, whole):
     with pytest.raises(TrainingError, match="another recipe"):
         train(datasets, Recipe((Stage((32, 64), 4),), batch=2), run, device=CPU)
     assert weights.read_bytes() == before
+
+
+def test_a_run_from_before_there_were_two_networks_goes_on(datasets, whole, tmp_path):
+    shutil.copytree(whole[0], tmp_path / "run")
+    state = torch.load(tmp_path / "run" / "last.pt", weights_only=True)
+    del state["recipe"]["network"]
+    torch.save(state, tmp_path / "run" / "last.pt")
+    train(datasets, RECIPE, tmp_path / "run", device=CPU, progress=lambda *_: pytest.fail("a step"))
+    with pytest.raises(TrainingError, match="'resnet': there are edge, reference"):
+        Recipe(RECIPE.stages, network="resnet")
 
 
 def test_it_learns(tmp_path):

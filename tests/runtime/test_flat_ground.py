@@ -98,3 +98,4 @@ def test_predict_lays_the_ground_flat_unless_it_is_told_not_to():
     assert 0.01 < np.abs(np.log(ratio)).mean() < 0.2
     assert plain.laid_onto is None
     assert flat.ground_plane() is flat.laid_onto
+    assert flat.flattened() is flat

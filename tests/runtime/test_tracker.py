@@ -121,6 +121,24 @@ def test_depths_are_steadier(name):
     assert depth_error(steady, name).mean() < 0.8 * depth_error(raw, name).mean()
 
 
+def test_the_ground_plane_is_that_of_the_steady_depth():
+    """Each frame is laid onto a plane of its own, all of them a little too high or too low."""
+    rng = np.random.default_rng(3)
+    tracker = Tracker()
+    heights_m = {"raw": [], "steady": []}
+    for step in range(16):
+        truth = exact(step)
+        factor = np.float32(np.exp(rng.normal(0, 0.1)))
+        raw = replace(
+            truth, unmasked_ground_depth_m=truth.unmasked_ground_depth_m * factor
+        ).flattened()
+        assert raw.laid_onto is not None
+        steady = tracker.update(raw)
+        heights_m["raw"].append(raw.ground_plane().camera_height_m)
+        heights_m["steady"].append(steady.ground_plane().camera_height_m)
+    assert np.std(heights_m["steady"][4:]) < 0.6 * np.std(heights_m["raw"][4:])
+
+
 def test_after_a_cut_nothing_is_remembered():
     tracker = Tracker()
     for step in range(4):

@@ -251,6 +251,40 @@ def test_a_live_source_does_not_hold_back_what_is_predicted():
     assert len(sink.got) == 2
 
 
+def test_a_fast_camera_keeps_all_predictors_busy():
+    """30 frames a second, 0.1 s each, four at once: hardly one has to go."""
+
+    def camera():
+        for frame in some_frames(30):
+            time.sleep(1 / 30)
+            yield frame
+
+    sink = Collector()
+    tally = run_pipeline(source(camera(), live=True), lambda _: time.sleep(0.1), [sink], at_once=4)
+    assert tally.dropped <= 5
+    assert tally.frames + tally.dropped == 30
+
+
+def test_what_was_begun_is_written_when_the_video_is_interrupted():
+    begun = []
+
+    def predict(rgb):
+        begun.append(int(rgb[0, 0, 0]))
+        time.sleep(0.05)
+        return begun[-1]
+
+    def stop(tally):
+        if tally.frames == 3:
+            raise KeyboardInterrupt
+
+    frames = (Frame(i, i / 30, np.full((4, 4, 3), i, np.uint8)) for i in range(100))
+    sink = Collector()
+    tally = run_pipeline(source(frames), predict, [sink], stop, at_once=4)
+    assert tally.interrupted
+    assert [index for index, _ in sink.got] == sorted(begun)
+    assert len(begun) < 20
+
+
 def test_a_file_waits_for_a_slow_consumer():
     read = []
 

@@ -142,6 +142,7 @@ def infer(
 
             loaded = load(model, threads=threads)
             _work(batch, loaded, camera, threshold, quiet=quiet, verbose=verbose)
+            del loaded
         if videos:
             from footprints_edge.cli.video import VideoOptions, infer_videos
             from footprints_edge.cores import usable_cores

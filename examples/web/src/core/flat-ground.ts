@@ -11,7 +11,7 @@ const WHOLLY = 0.4;
 const NOT_AT_ALL = 0.8;
 
 /** A median needs no more pixels than one in so many. */
-const JUDGED_EVERY = 7;
+const JUDGED_EVERY = 11;
 
 /** The same maps with flat ground on its plane. Steps, platforms and what has no plane stay. */
 export function flatten(maps: Maps): Maps {

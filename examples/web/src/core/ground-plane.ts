@@ -19,7 +19,8 @@ export class GroundPlane {
   ) {}
 
   /**
-   * The plane of most of the ground; null if there is too little ground to carry one.
+   * The plane of most of the ground; null if there is too little ground to carry one, or it lies
+   * above the camera.
    *
    * Along a plane the inverse depth is affine in the pixel, and a network's error is even in
    * inverse depth, not in metres. So these are least squares in inverse depth, done again without
@@ -41,7 +42,8 @@ export class GroundPlane {
       const most = Math.max(2.5 * 1.4826 * median, 1e-9);
       slope = leastSquares(rays, nearness, (i) => off[i] <= most);
     }
-    return slope && new GroundPlane(maps, slope);
+    const isAbove = slope !== null && -slope[1] > 0.2 * Math.hypot(...slope);
+    return slope === null || isAbove ? null : new GroundPlane(maps, slope);
   }
 
   /** The inverse of the plane's depth on a pixel's ray; not positive at and above the horizon. */
