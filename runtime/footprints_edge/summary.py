@@ -13,11 +13,12 @@ def summarise(prediction: Prediction) -> dict[str, Any]:
     """Sizes, ground fractions and distances, camera, model and timings, ready for JSON.
 
     Sizes are (height, width) in pixels, fractions are of the picture's area, distances in metres
-    along the optical axis, and null where there is no ground, or no
-    map of it in the model file.
+    along the optical axis, and null where there is no ground, or no map of it in the model file.
+    `ground_plane` is the plane that the ground's depth was laid onto, null where it was not.
     """
     image_size, map_size = prediction.image_size, prediction.map_size
     camera = prediction.intrinsics.scaled(map_size, image_size)
+    plane = prediction.laid_onto
     has_masks = prediction.has("ground_probability")
     depth_m: Floats = np.empty(0, np.float32)
     if has_masks and prediction.has("unmasked_ground_depth_m"):
@@ -34,6 +35,14 @@ def summarise(prediction: Prediction) -> dict[str, Any]:
         "ground_distance_m": {
             "nearest": float(depth_m.min()) if depth_m.size else None,
             "farthest": float(depth_m.max()) if depth_m.size else None,
+        },
+        "ground_plane": None
+        if plane is None
+        else {
+            "camera_height_m": plane.camera_height_m,
+            "pitch_deg": plane.pitch_deg,
+            "roll_deg": plane.roll_deg,
+            "error_m": plane.error_m,
         },
         "threshold": prediction.threshold,
         "camera": {
@@ -56,6 +65,7 @@ def summarise(prediction: Prediction) -> dict[str, Any]:
             "sizes": "pixels, [height, width]",
             "camera": "pixels of the upright image; (0, 0) is the centre of its top left pixel",
             "distances": "metres along the optical axis",
+            "ground_plane": "degrees: pitch down, roll with the right side down; error is a median",
             "maps": "the npz, png16 and ply outputs have map_size_px, the overlay the image's",
         },
     }

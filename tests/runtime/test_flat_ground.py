@@ -2,11 +2,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import footprints_edge as fp
 from footprints_edge.geometry import Intrinsics, rays
 from footprints_edge.images import DecodedImage
 from footprints_edge.prediction import ModelInfo, Prediction
+from footprints_edge.summary import summarise
 
 SIZE = (96, 128)
 CAMERA = Intrinsics(100, 105, 63.0, 20.0)
@@ -99,3 +101,7 @@ def test_predict_lays_the_ground_flat_unless_it_is_told_not_to():
     assert plain.laid_onto is None
     assert flat.ground_plane() is flat.laid_onto
     assert flat.flattened() is flat
+    plane = summarise(flat)["ground_plane"]
+    assert plane["camera_height_m"] == pytest.approx(1.5, abs=0.25)  # as the picture was made
+    assert plane["pitch_deg"] == pytest.approx(12, abs=5)
+    assert summarise(plain)["ground_plane"] is None
