@@ -7,7 +7,7 @@ import sys
 import time
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -99,18 +99,8 @@ def edge(
 ) -> None:
     """Train the edge network on every dataset found below DATA; prints the path of its weights."""
     with explained("train"):
-        from .training import Recipe, Stage
-
-        recipe = Recipe(
-            tuple(Stage.parse(text) for text in stage),
-            batch=batch,
-            seed=seed,
-            prior=prior,
-            untraversable=untraversable,
-            moving=moving,
-            start=None if start is None else str(start),
-            peak=peak,
-        )
+        ablated = {"prior": prior, "untraversable": untraversable, "moving": moving}
+        recipe = _recipe(stage, batch, seed, start, peak=peak, **ablated)
         typer.echo(_train(data, recipe, run, device))
 
 
@@ -132,19 +122,26 @@ def reference(
     """
     with explained("train"):
         from .edge import focal_px_at
-        from .training import Recipe, Stage
 
-        recipe = Recipe(
-            tuple(Stage.parse(text) for text in stage),
-            batch=batch,
-            network="reference",
-            seed=seed,
-            start=None if start is None else str(start),
-        )
+        recipe = _recipe(stage, batch, seed, start, network="reference")
         weights = _train(data, recipe, run, device)
         focal_px = focal_px_at(recipe.stages[-1].size)
         complain(f"Convert them with --arch reference --focal-px {focal_px:g}")
         typer.echo(weights)
+
+
+def _recipe(
+    stage: list[str],
+    batch: int,
+    seed: int,
+    start: Path | None,
+    **more: Any,  # noqa: ANN401  (fields of Recipe)
+) -> "Recipe":
+    from .training import Recipe, Stage
+
+    stages = tuple(Stage.parse(text) for text in stage)
+    weights = None if start is None else str(start)
+    return Recipe(stages, batch=batch, seed=seed, start=weights, **more)
 
 
 def _train(data: Path, recipe: "Recipe", run: Path, device: str) -> Path:
@@ -182,15 +179,9 @@ def ablations(
 
         from .ablations import ABLATIONS, train_ablations
         from .datasets import load_datasets
-        from .training import Recipe, Stage
 
         where = _device(device)
-        recipe = Recipe(
-            tuple(Stage.parse(text) for text in stage),
-            batch=batch,
-            seed=seed,
-            start=None if start is None else str(start),
-        )
+        recipe = _recipe(stage, batch, seed, start)
         steps = len(recipe.sizes())
         datasets = load_datasets(data)
         with tqdm(total=len(ABLATIONS) * steps, unit="step", disable=None) as bar:
