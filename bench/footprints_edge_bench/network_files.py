@@ -88,15 +88,11 @@ class NetworkFiles:
         Raises:
             NetworkFilesError: it is neither ``edge`` nor ``reference``.
         """
-        from footprints_edge_export.architectures import ARCHITECTURES
-        from footprints_edge_models.checkpoint import load_weights, read_checkpoint
+        from footprints_edge_export.architectures import ARCHITECTURES, trained
 
         if network not in ARCHITECTURES:
             raise NetworkFilesError(f"{network} is a model file; only its graph is known")
-        built = ARCHITECTURES[network].build().eval()
-        checkpoint = self._checkpoint(network)
-        load_weights(built, read_checkpoint(checkpoint), str(checkpoint))
-        return built
+        return trained(network, self._checkpoint(network))
 
     def weights_sha256(self, network: str) -> str:
         """SHA-256 of the checkpoint of ``edge`` or ``reference``."""

@@ -12,6 +12,7 @@ from footprints_edge.arrays import Size
 from footprints_edge.images import decode
 from footprints_edge.preprocessing import preprocess
 from footprints_edge_bench.passes import session_of, variants
+from footprints_edge_bench.stock_files import stock_graph
 
 if TYPE_CHECKING:
     from footprints_edge_export.compare import Difference
@@ -58,22 +59,21 @@ def measure_changes(
         ImageError: one holds no photo, or one that cannot be read.
         ModelError: the checkpoint is not one of the architecture.
     """
-    from footprints_edge_export.architectures import ARCHITECTURES
+    from footprints_edge_export.architectures import trained
     from footprints_edge_export.compare import compare_maps
     from footprints_edge_export.photos import split_photos
-    from footprints_edge_models.checkpoint import load_weights, read_checkpoint
 
-    network = ARCHITECTURES[architecture].build().eval()
-    load_weights(network, read_checkpoint(checkpoint), str(checkpoint))
+    network = trained(architecture, checkpoint)
     calibration, held_out = (
         [preprocess(decode(path).rgb, size) for path in paths] for paths in split_photos(photos)
     )
-    _, exact = next(variants(network, "fp32", size, ()))
-    graphs = {"float32": exact}
-    made = list(variants(network, precision, size, calibration))
-    if precision != "fp32":
-        graphs[f"{precision}, as exported"] = made[0][1]
-    graphs[f"{precision}, all passes"] = made[-1][1]
+    (_, exported), *_, (_, rewritten) = variants(network, precision, size, calibration)
+    if precision == "fp32":
+        graphs = {"float32": exported}
+    else:
+        exact = stock_graph(network, "fp32", size, ())
+        graphs = {"float32": exact, f"{precision}, as exported": exported}
+    graphs[f"{precision}, all passes"] = rewritten
     maps: dict[str, list[NDArray[np.float32]]] = {}
     for name, graph in graphs.items():
         session = session_of(graph, threads)

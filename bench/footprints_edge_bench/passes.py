@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from footprints_edge.arrays import Size
 from footprints_edge_bench.made_photos import made_photo
 from footprints_edge_bench.random_weights import with_lively_weights
+from footprints_edge_bench.stock_files import stock_graph
 from footprints_edge_bench.timing import interleaved_ms
 
 if TYPE_CHECKING:
@@ -112,24 +113,9 @@ def variants(
         size: (H, W).
         pictures: that int8 is calibrated on, uint8 (1, H, W, 3) each.
     """
-    from footprints_edge_export.graph import to_graph
-    from footprints_edge_export.image_input import (
-        correct_first_bias,
-        join_uint8_image,
-        join_uint8_image_quantized,
-        split_normalisation,
-    )
     from footprints_edge_export.passes.registry import PASSES, Stage
-    from footprints_edge_export.quantize import quantize
 
-    model = to_graph(network, size)
-    normalisation = split_normalisation(model)
-    if precision == "fp32":
-        join_uint8_image(model, normalisation)
-    else:
-        correct_first_bias(model, normalisation)
-        model = quantize(model, normalisation, list(pictures), "x86-vnni")
-        join_uint8_image_quantized(model, normalisation)
+    model = stock_graph(network, precision, size, pictures)
     yield AS_EXPORTED, model
     for each in PASSES:
         if each.stage in (Stage.FLOAT, Stage(precision)):

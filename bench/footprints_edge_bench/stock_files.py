@@ -12,6 +12,7 @@ from footprints_edge.arrays import Rgb, Size
 from footprints_edge.metadata import ModelMetadata
 
 if TYPE_CHECKING:
+    import onnx
     from torch import nn
 
 
@@ -34,6 +35,16 @@ def write_stock(
     import onnx
 
     from footprints_edge_export.contract import set_metadata
+
+    graph = stock_graph(network, metadata.precision, size, images)
+    set_metadata(graph, metadata)
+    onnx.save(graph, path)
+
+
+def stock_graph(
+    network: "nn.Module", precision: str, size: Size | None, images: Sequence[Rgb]
+) -> "onnx.ModelProto":
+    """The same as a graph; its precision is ``fp32`` or ``int8``."""
     from footprints_edge_export.graph import to_graph
     from footprints_edge_export.image_input import (
         correct_first_bias,
@@ -45,11 +56,10 @@ def write_stock(
 
     graph = to_graph(network, size)
     normalisation = split_normalisation(graph)
-    if metadata.precision == "int8":
+    if precision == "int8":
         correct_first_bias(graph, normalisation)
         graph = quantize(graph, normalisation, list(images), "x86-vnni")
         join_uint8_image_quantized(graph, normalisation)
     else:
         join_uint8_image(graph, normalisation)
-    set_metadata(graph, metadata)
-    onnx.save(graph, path)
+    return graph

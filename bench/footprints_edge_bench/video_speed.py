@@ -108,7 +108,9 @@ def measure_video(video: Path, model: str | None, threads: int, frames: int) -> 
                 memory_mb.append(_resident_mb())
 
         def run(
-            name: str, then: Callable[[Prediction], Prediction], told: Callable[[Tally], None]
+            name: str,
+            then: Callable[[Prediction], Prediction] | None,
+            told: Callable[[Tally], None],
         ) -> Tally:
             opened = open_video(str(long))
             paths = video_paths(Path(folder) / name, long.name, ["overlay", "json"])
@@ -121,7 +123,7 @@ def measure_video(video: Path, model: str | None, threads: int, frames: int) -> 
                 then=then,
             )
 
-        plain = run("plain", lambda prediction: prediction, note)
+        plain = run("plain", None, note)
         smoothed = run("smoothed", Tracker().update, lambda _: None)
     return VideoSpeed(
         plain.frames,

@@ -2,10 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from torch import nn
 
+from footprints_edge_models.checkpoint import load_weights, read_checkpoint
 from footprints_edge_models.edge import FOCAL_PX, EdgeNetwork
 from footprints_edge_models.reference import ReferenceNetwork
 
@@ -48,3 +50,18 @@ ARCHITECTURES = {
         "CVPR 2020.",
     ),
 }
+
+
+def trained(architecture: str, checkpoint: Path) -> nn.Module:
+    """A network with its weights, for inference.
+
+    Args:
+        architecture: key of ``ARCHITECTURES``.
+        checkpoint: a state dict's file.
+
+    Raises:
+        ModelError: the checkpoint is not one of the architecture.
+    """
+    network = ARCHITECTURES[architecture].build().eval()
+    load_weights(network, read_checkpoint(checkpoint), str(checkpoint))
+    return network

@@ -19,10 +19,10 @@ from footprints_edge.metadata import OUTPUTS, ModelMetadata
 from footprints_edge.model import Model
 from footprints_edge.session import Session
 from footprints_edge.version import __version__
-from footprints_edge_models.checkpoint import file_sha256, load_weights, read_checkpoint
+from footprints_edge_models.checkpoint import file_sha256
 from footprints_edge_models.maps import MAX_DEPTH_M, MIN_DEPTH_M
 
-from .architectures import ARCHITECTURES
+from .architectures import ARCHITECTURES, trained
 from .compare import CHANNELS, Difference, compare_models
 from .contract import check_file, set_metadata
 from .errors import ExportError, VerificationError
@@ -240,10 +240,9 @@ def _file(output: Path, model: Model) -> dict[str, object]:
 
 def _network(checkpoint: Path, conversion: Conversion) -> nn.Module:
     """The network, as far as it is asked for."""
-    architecture = ARCHITECTURES[conversion.architecture]
-    network = architecture.build().eval()
-    load_weights(network, read_checkpoint(checkpoint), str(checkpoint))
-    return architecture.part(network, conversion.outputs, conversion.scale).eval()
+    network = trained(conversion.architecture, checkpoint)
+    part = ARCHITECTURES[conversion.architecture].part
+    return part(network, conversion.outputs, conversion.scale).eval()
 
 
 def _metadata(checkpoint: Path, conversion: Conversion) -> ModelMetadata:

@@ -4,9 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footprints_edge.arrays import Floats
 from footprints_edge.errors import GroundPlaneError
-from footprints_edge.ground_plane import GroundPlane
 from footprints_edge.prediction import Prediction
 
 FLAT = 0.15
@@ -28,7 +26,7 @@ def flatten(prediction: Prediction) -> Prediction:
     except GroundPlaneError:
         return prediction
     nearness = np.reciprocal(prediction.unmasked_ground_depth_m)
-    flat_nearness = _nearness_of(plane, prediction)
+    flat_nearness = plane.nearness(prediction.intrinsics, prediction.map_size)
     below = flat_nearness > np.float32(1e-4)
     away = np.abs(np.log(np.where(below, flat_nearness, 1) / nearness))
     away[~below] = np.inf
@@ -37,13 +35,3 @@ def flatten(prediction: Prediction) -> Prediction:
     share = np.clip((_NOT_AT_ALL - away) * np.float32(1 / (_NOT_AT_ALL - _WHOLLY)), 0, 1)
     mixed = nearness + share * (flat_nearness - nearness)
     return replace(prediction, unmasked_ground_depth_m=np.reciprocal(mixed), laid_onto=plane)
-
-
-def _nearness_of(plane: GroundPlane, prediction: Prediction) -> Floats:
-    """float32 (h, w), the plane's inverse depth, which is affine in the pixel."""
-    (height, width), camera = prediction.map_size, prediction.intrinsics
-    slope = -plane.up / plane.camera_height_m
-    along_x = slope[0] * (np.arange(width) - camera.cx) / camera.fx
-    along_y = slope[1] * (np.arange(height) - camera.cy) / camera.fy + slope[2]
-    nearness: Floats = np.add.outer(along_y.astype(np.float32), along_x.astype(np.float32))
-    return nearness

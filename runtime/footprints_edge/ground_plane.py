@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge.arrays import Floats, Mask
+from footprints_edge.arrays import Floats, Mask, Size
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.geometry import Intrinsics
 
@@ -72,6 +72,23 @@ class GroundPlane:
         moved = np.asarray(points_m @ self.axes.T, np.float64)
         moved[..., 2] += self.camera_height_m
         return moved
+
+    def nearness(self, intrinsics: Intrinsics, size: Size) -> Floats:
+        """The inverse of its depth at every pixel, which is affine in the pixel.
+
+        Args:
+            intrinsics: The camera in the pixels of `size`.
+            size: (h, w).
+
+        Returns:
+            float32 (h, w), 1 / metres; not positive at and above the horizon.
+        """
+        height, width = size
+        slope = -self.up / self.camera_height_m
+        across = slope[0] * (np.arange(width) - intrinsics.cx) / intrinsics.fx
+        along = slope[1] * (np.arange(height) - intrinsics.cy) / intrinsics.fy + slope[2]
+        nearness: Floats = np.add.outer(along.astype(np.float32), across.astype(np.float32))
+        return nearness
 
     def at_pixels(
         self, pixels: NDArray[np.floating], intrinsics: Intrinsics

@@ -65,7 +65,7 @@ def run_pipeline(
     progress: Callable[[Tally], None] = lambda _: None,
     *,
     at_once: int = 1,
-    then: Callable[[Prediction], Prediction] = lambda prediction: prediction,
+    then: Callable[[Prediction], Prediction] | None = None,
 ) -> Tally:
     """Predicts every frame of a video and hands it to the sinks.
 
@@ -98,7 +98,9 @@ def run_pipeline(
         try:
             if coming is None:
                 raise VideoError("cannot be decoded")
-            prediction = then(coming.result())
+            prediction = coming.result()
+            if then is not None:
+                prediction = then(prediction)
         except FootprintsError as error:
             tally.broken += 1
             tally.reason = tally.reason or f"frame {frame.index}: {error}"
@@ -115,13 +117,12 @@ def run_pipeline(
             take(*item)
     except KeyboardInterrupt:
         tally.interrupted = True
-        decoder.stop()
         predictors.stop()
         while (item := predictors.next()) is not None:
             take(*item)
     finally:
-        decoder.end()
         predictors.end()
+        decoder.end()
         writer.end()
     tally.seconds = perf_counter() - began_s
     for failed in (writer.error, predictors.error, decoder.error):
@@ -211,15 +212,11 @@ class _Predictors(_Stage):
         self._decoder, self._predict = decoder, predict
         self._pool = ThreadPoolExecutor(at_once, thread_name_prefix="predict")
         self._free = Semaphore(at_once)
-        self._enough = Event()
         self._underway: Queue[tuple[Frame, Future[Prediction] | None] | None] = Queue()
 
     def work(self) -> None:
         try:
-            while self._free.acquire() and not self._enough.is_set():
-                frame = self._decoder.next()
-                if frame is None:
-                    break
+            while self._free.acquire() and (frame := self._decoder.next()) is not None:
                 rgb = frame.rgb
                 coming = None if rgb is None else self._pool.submit(self._predict, rgb)
                 self._underway.put((frame, coming))
@@ -239,7 +236,7 @@ class _Predictors(_Stage):
         return item
 
     def stop(self) -> None:
-        self._enough.set()
+        self._decoder.stop()
         self._free.release()
 
     def end(self) -> None:

@@ -173,10 +173,9 @@ def _perhaps_near(
     height, width = walkable.shape
     across = ((np.arange(width) - intrinsics.cx) / intrinsics.fx).astype(np.float32)[None, :]
     along = ((np.arange(height) - intrinsics.cy) / intrinsics.fy).astype(np.float32)[:, None]
-    fall = -(plane.up[0] * across + plane.up[1] * along + plane.up[2])
     slope = np.maximum(np.abs(across), np.abs(along))
     focal_px = max(intrinsics.fx, intrinsics.fy)
-    nearness = fall / plane.camera_height_m
+    nearness = plane.nearness(intrinsics, (height, width))
     # f m (1 + t) / (z - m) with z = 1 / nearness; half a pixel to the edge, half for rounding
     away_px = distance_transform_cdt(walkable, "chessboard") - 1
     far = away_px * (1 - margin_m * nearness) > focal_px * margin_m * nearness * (1 + slope)

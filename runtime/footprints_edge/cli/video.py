@@ -103,7 +103,7 @@ def _infer_video(
         if not paths:
             return False
         sinks = open_sinks(paths, video.fps, top_down=options.top_down)
-        then = _smoother() if options.smooth else lambda prediction: prediction
+        then = _smoother() if options.smooth else None
         stack.pop_all()  # the pipeline closes it
     progress = _Progress(video, quiet=options.quiet)
     try:
