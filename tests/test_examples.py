@@ -14,8 +14,8 @@ import pytest
 from PIL import Image
 
 import footprints_edge as fp
-from footprints_edge_export.vector_check import check_vectors
-from footprints_edge_export.vectors import write_vectors
+from footprints_edge_export.verification.check_vectors import check_vectors
+from footprints_edge_export.verification.test_vectors import write_vectors
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 EXAMPLES = CHECKOUT / "examples"

@@ -13,9 +13,9 @@ import sys
 
 import numpy as np
 
-from footprints_edge.cores import usable_cores
+from footprints_edge.foundation.cores import usable_cores
 from footprints_edge.model import load
-from footprints_edge_bench.timing import interleaved_ms
+from footprints_edge_bench.latency.timing import interleaved_ms
 
 SIZE = (256, 448)
 
@@ -30,7 +30,7 @@ def main() -> None:
 
     import torch
 
-    from footprints_edge_models.reference import ReferenceNetwork
+    from footprints_edge_models.networks.reference import ReferenceNetwork
 
     torch.set_num_threads(options.threads)
     image = np.random.default_rng(0).integers(0, 256, (1, *SIZE, 3), dtype=np.uint8)
@@ -43,7 +43,7 @@ def main() -> None:
             return reference(tensor)
 
     times_ms = interleaved_ms(
-        {"model": lambda: model.session.run(image), "reference in torch": run_reference},
+        {"model": lambda: model.engine.run(image), "reference in torch": run_reference},
         options.trials,
     )
     ours, theirs = times_ms["model"], times_ms["reference in torch"]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from footprints_edge.cli.endings import SOME_FAILED, complain, explained
+from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained
 
 app = typer.Typer(
     name="fp-bench",
@@ -93,16 +93,16 @@ def accuracy(
         from tqdm import tqdm
 
         from footprints_edge.model import load
-        from footprints_edge_bench.accuracy import (
+        from footprints_edge_bench.accuracy.benchmark import (
             Benchmark,
             Extras,
             evaluate,
             name_models,
             write_reports,
         )
-        from footprints_edge_bench.boxes import read_boxes
-        from footprints_edge_bench.datasets import Part, Reading, open_datasets
-        from footprints_edge_bench.results import Results
+        from footprints_edge_bench.accuracy.results import Results
+        from footprints_edge_bench.geometry.boxes import read_boxes
+        from footprints_edge_bench.ground_truth.datasets import Part, Reading, open_datasets
 
         reading = Reading(images, _ids(walkable, "--walkable"), _ids(void, "--void"))
         if voxels is not None and not voxels.is_dir():
@@ -162,10 +162,14 @@ def planning(
         from tqdm import tqdm
 
         from footprints_edge.model import load
-        from footprints_edge.planning import require_graph_search
-        from footprints_edge_bench.accuracy import Benchmark, Extras, name_models
-        from footprints_edge_bench.datasets import Part, Reading, open_datasets
-        from footprints_edge_bench.planning import as_markdown, plan_paths, write_paths
+        from footprints_edge.navigation.path_planning import require_graph_search
+        from footprints_edge_bench.accuracy.benchmark import Benchmark, Extras, name_models
+        from footprints_edge_bench.ground_truth.datasets import Part, Reading, open_datasets
+        from footprints_edge_bench.navigation.path_planning import (
+            as_markdown,
+            plan_paths,
+            write_paths,
+        )
 
         require_graph_search()
         benchmark = Benchmark(
@@ -206,9 +210,9 @@ def from_above(
         from tqdm import tqdm
 
         from footprints_edge.model import load
-        from footprints_edge_bench.accuracy import Benchmark, Extras, name_models
-        from footprints_edge_bench.datasets import Part, Reading, open_datasets
-        from footprints_edge_bench.from_above import as_markdown, score_grids
+        from footprints_edge_bench.accuracy.benchmark import Benchmark, Extras, name_models
+        from footprints_edge_bench.ground_truth.datasets import Part, Reading, open_datasets
+        from footprints_edge_bench.navigation.occupancy import as_markdown, score_grids
 
         benchmark = Benchmark(
             open_datasets(data, Reading(), Part.parse(frames, every, held_out=held_out)),
@@ -238,8 +242,8 @@ def steadiness(
     """
     with explained("bench"):
         from footprints_edge.model import load
-        from footprints_edge_bench.datasets import Part
-        from footprints_edge_bench.steadiness import WAYS, as_markdown, measure
+        from footprints_edge_bench.ground_truth.datasets import Part
+        from footprints_edge_bench.temporal.flicker import WAYS, as_markdown, measure
 
         loaded, part = load(model), Part.parse(frames, every)
         markdown = as_markdown(
@@ -268,8 +272,8 @@ def video_command(
     Exit codes: 0 all done, 2 wrong usage, 3 problem with the model.
     """
     with explained("bench"):
-        from footprints_edge.cores import usable_cores
-        from footprints_edge_bench.video_speed import measure_video
+        from footprints_edge.foundation.cores import usable_cores
+        from footprints_edge_bench.temporal.video_throughput import measure_video
 
         found = measure_video(video, model, threads or usable_cores(), length)
         if output is not None:
@@ -344,16 +348,16 @@ def latency(
     with explained("bench"):
         from tqdm import tqdm
 
-        from footprints_edge.cores import usable_cores
+        from footprints_edge.foundation.cores import usable_cores
         from footprints_edge.model import load
-        from footprints_edge_bench.cold_start import cold_start
-        from footprints_edge_bench.end_to_end import EndToEnd, end_to_end
-        from footprints_edge_bench.engines.contender import Setting, Spinning
-        from footprints_edge_bench.latency import contenders, photos_by_size, run
-        from footprints_edge_bench.latency_plot import draw
-        from footprints_edge_bench.latency_tables import markdown, write
-        from footprints_edge_bench.machine import machine
-        from footprints_edge_bench.network_files import NetworkFiles, default_folder
+        from footprints_edge_bench.engines.backend import Setting, Spinning
+        from footprints_edge_bench.latency.benchmark import contenders, photos_by_size, run
+        from footprints_edge_bench.latency.cold_start import cold_start
+        from footprints_edge_bench.latency.end_to_end import EndToEnd, end_to_end
+        from footprints_edge_bench.latency.machine import machine
+        from footprints_edge_bench.latency.plot import draw
+        from footprints_edge_bench.latency.tables import markdown, write
+        from footprints_edge_bench.model_files.model_cache import NetworkFiles, default_folder
 
         here = machine()
         count = threads or usable_cores()
@@ -406,12 +410,12 @@ def table_command(
     Exit codes: 0 all done, 1 some rows could not run, 2 wrong usage, 3 problem with a model.
     """
     with explained("bench"):
-        from footprints_edge.cores import usable_cores
-        from footprints_edge_bench.engines.contender import Setting
-        from footprints_edge_bench.latency import PRESETS
-        from footprints_edge_bench.machine import machine
-        from footprints_edge_bench.network_files import NetworkFiles, default_folder
-        from footprints_edge_bench.speed_table import speed_table
+        from footprints_edge.foundation.cores import usable_cores
+        from footprints_edge_bench.engines.backend import Setting
+        from footprints_edge_bench.latency.benchmark import PRESETS
+        from footprints_edge_bench.latency.machine import machine
+        from footprints_edge_bench.latency.paper_table import speed_table
+        from footprints_edge_bench.model_files.model_cache import NetworkFiles, default_folder
 
         for name in preset or ():
             if name not in PRESETS:
@@ -449,11 +453,11 @@ def roofline(
     Exit codes: 0 all done, 2 wrong usage, 3 problem with a model.
     """
     with explained("bench"):
-        from footprints_edge.cores import usable_cores
-        from footprints_edge_bench.latency import contenders
-        from footprints_edge_bench.machine import machine
-        from footprints_edge_bench.network_files import NetworkFiles, default_folder
-        from footprints_edge_bench.roofline import roofline as find_roofline
+        from footprints_edge.foundation.cores import usable_cores
+        from footprints_edge_bench.latency.benchmark import contenders
+        from footprints_edge_bench.latency.machine import machine
+        from footprints_edge_bench.latency.roofline import roofline as find_roofline
+        from footprints_edge_bench.model_files.model_cache import NetworkFiles, default_folder
 
         rows = contenders(only or (), model or (), [_size(text) for text in size or ()])
         found = find_roofline(
@@ -505,9 +509,9 @@ def passes_command(
     if (checkpoint is None) != (not photos):
         raise typer.BadParameter("--checkpoint and --photos go together")
     with explained("bench"):
-        from footprints_edge.cores import usable_cores
-        from footprints_edge_bench.pass_accuracy import changes_as_markdown, measure_changes
-        from footprints_edge_bench.passes import gains_as_markdown, measure_gains
+        from footprints_edge.foundation.cores import usable_cores
+        from footprints_edge_bench.passes.gains import gains_as_markdown, measure_gains
+        from footprints_edge_bench.passes.map_changes import changes_as_markdown, measure_changes
 
         count = threads or usable_cores()
         if checkpoint is not None:

@@ -7,11 +7,10 @@ from typing import Any
 
 from torch import nn
 
-from footprints_edge_models.checkpoint import load_weights, read_checkpoint
-from footprints_edge_models.edge import FOCAL_PX, EdgeNetwork
-from footprints_edge_models.reference import ReferenceNetwork
-
-from .parts import EdgePart, ReferencePart
+from footprints_edge_export.partial_networks import EdgePart, ReferencePart
+from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
+from footprints_edge_models.networks.edge import FOCAL_PX, EdgeNetwork
+from footprints_edge_models.networks.reference import ReferenceNetwork
 
 
 @dataclass(frozen=True)

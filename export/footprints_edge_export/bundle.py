@@ -10,12 +10,11 @@ import json
 import shutil
 from pathlib import Path
 
+from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
 from footprints_edge.model import Model
-from footprints_edge.registry import DATA
-from footprints_edge.session import Session
-
-from .contract import check_file
-from .convert import report_path
+from footprints_edge.model_files.registry import DATA
+from footprints_edge_export.convert import report_path
+from footprints_edge_export.verification.contract import check_file
 
 
 def bundle(model_path: Path, description: str, data: Path = DATA) -> None:
@@ -26,7 +25,7 @@ def bundle(model_path: Path, description: str, data: Path = DATA) -> None:
         ModelError: the runtime cannot load it.
     """
     check_file(model_path)
-    model = Model(Session(model_path))
+    model = Model(OnnxRuntimeEngine(model_path))
     data.mkdir(exist_ok=True)
     file = data / f"{model.name}.onnx"
     shutil.copyfile(model_path, file)

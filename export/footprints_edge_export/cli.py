@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from footprints_edge.cli.endings import SOME_FAILED, complain, explained
+from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained
 
 app = typer.Typer(
     name="fp-export",
@@ -102,8 +102,8 @@ def convert_command(
     Exit codes: 2 wrong usage, 3 problem with the checkpoint or with what came of it.
     """
     with explained("export"):
-        from .architectures import ARCHITECTURES
-        from .convert import Conversion, convert
+        from footprints_edge_export.architectures import ARCHITECTURES
+        from footprints_edge_export.convert import Conversion, convert
 
         if notice := ARCHITECTURES[arch].notice:
             complain(notice)
@@ -145,14 +145,17 @@ def verify(
     """Print how far two model files' maps are apart, as JSON."""
     with explained("export"):
         from footprints_edge.model import load
-
-        from .compare import compare_models
-        from .errors import ExportError
-        from .photos import list_photos, network_inputs, spread
+        from footprints_edge_export.errors import ExportError
+        from footprints_edge_export.quantization.calibration import (
+            list_photos,
+            network_inputs,
+            spread,
+        )
+        from footprints_edge_export.verification.compare import compare_models
 
         a, b = load(model_a), load(model_b)
-        fixed = [model for model in (a, b) if model.session.input_size]
-        sizes = sorted({size for model in fixed if (size := model.session.input_size)})
+        fixed = [model for model in (a, b) if model.engine.input_size]
+        sizes = sorted({size for model in fixed if (size := model.engine.input_size)})
         if len(sizes) > 1:
             raise ExportError(f"the two models are fixed to different sizes: {sizes}")
         paths = spread(list_photos(images, at_least=1), 200)
@@ -171,8 +174,7 @@ def vectors_command(
     """Write test vectors of MODEL, for ports to other languages, and print the files."""
     with explained("export"):
         from footprints_edge.model import load
-
-        from .vectors import EXAMPLE_PHOTO, write_vectors
+        from footprints_edge_export.verification.test_vectors import EXAMPLE_PHOTO, write_vectors
 
         for path in write_vectors(load(model), output, photo or EXAMPLE_PHOTO):
             typer.echo(path)
@@ -188,7 +190,7 @@ def check_vectors_command(
     Exit codes: 1 if one differs, 2 wrong usage.
     """
     with explained("export"):
-        from .vector_check import check_vectors
+        from footprints_edge_export.verification.check_vectors import check_vectors
 
         findings = check_vectors(vectors, outputs)
         for finding in findings:

@@ -15,31 +15,30 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from footprints_edge.metadata import OUTPUTS, ModelMetadata
+from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
+from footprints_edge.foundation.version import __version__
 from footprints_edge.model import Model
-from footprints_edge.session import Session
-from footprints_edge.version import __version__
-from footprints_edge_models.checkpoint import file_sha256
-from footprints_edge_models.maps import MAX_DEPTH_M, MIN_DEPTH_M
-
-from .architectures import ARCHITECTURES, trained
-from .compare import CHANNELS, Difference, compare_models
-from .contract import check_file, set_metadata
-from .errors import ExportError, VerificationError
-from .graph import to_graph
-from .half import store_weights_in_half
-from .image_input import (
+from footprints_edge.model_files.metadata import OUTPUTS, ModelMetadata
+from footprints_edge_export.architectures import ARCHITECTURES, trained
+from footprints_edge_export.errors import ExportError, VerificationError
+from footprints_edge_export.graph.fp16_weights import store_weights_in_half
+from footprints_edge_export.graph.ort_format import to_ort_format
+from footprints_edge_export.graph.torch_export import to_graph
+from footprints_edge_export.graph.uint8_input import (
     correct_first_bias,
     join_uint8_image,
     join_uint8_image_quantized,
     split_normalisation,
 )
-from .ort_format import to_ort_format
-from .passes.pad_as_slices import pad_as_slices
-from .passes.registry import PASSES, Stage, apply_passes
-from .photos import network_inputs, split_photos
-from .quantize import quantize
-from .targets import TARGETS
+from footprints_edge_export.passes.pad_as_slices import pad_as_slices
+from footprints_edge_export.passes.registry import PASSES, Stage, apply_passes
+from footprints_edge_export.quantization.calibration import network_inputs, split_photos
+from footprints_edge_export.quantization.quantize import quantize
+from footprints_edge_export.targets import TARGETS
+from footprints_edge_export.verification.compare import CHANNELS, Difference, compare_models
+from footprints_edge_export.verification.contract import check_file, set_metadata
+from footprints_edge_models.networks.channels import MAX_DEPTH_M, MIN_DEPTH_M
+from footprints_edge_models.networks.checkpoint import file_sha256
 
 logger = logging.getLogger(__name__)
 
@@ -271,7 +270,7 @@ def _write(model: onnx.ModelProto, metadata: ModelMetadata, path: Path) -> Model
     model.ir_version = IR_VERSION
     onnx.save(model, path)
     check_file(path)
-    return Model(Session(path))
+    return Model(OnnxRuntimeEngine(path))
 
 
 def _parity(network: nn.Module, model: Model, sizes: list[tuple[int, int]]) -> dict[str, float]:
@@ -284,7 +283,7 @@ def _parity(network: nn.Module, model: Model, sizes: list[tuple[int, int]]) -> d
         x = torch.from_numpy(image).permute(0, 3, 1, 2).float() / 255
         with torch.no_grad():
             expected = network(x).numpy()
-        worst = np.maximum(worst, np.abs(model.session.run(image) - expected).max(axis=(0, 2, 3)))
+        worst = np.maximum(worst, np.abs(model.engine.run(image) - expected).max(axis=(0, 2, 3)))
     found = {CHANNELS[channel]: float(off) for channel, off in zip(channels, worst, strict=True)}
     if not worst.max() <= TOLERANCE:  # also where it is NaN
         raise VerificationError(
@@ -336,7 +335,7 @@ def _write_ort(
     data, operators = to_ort_format(model.path, ort_path.name)
     parts[ort_path].write_bytes(data)
     parts[list_path].write_text(operators)
-    ort = Model(Session(parts[ort_path]))
+    ort = Model(OnnxRuntimeEngine(parts[ort_path]))
     difference = compare_models(model, ort, pictures)
     _hold(f"ort of {model.metadata.precision}", difference)
     return parts, _file(ort_path, ort), difference

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from footprints_edge.cli.endings import SOME_FAILED, complain, explained
+from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import torch
 
-    from footprints_edge_models.labels.job import FrameOutcome, LabelJob, Report
     from footprints_edge_models.sequences.sequence import Sequence
-    from footprints_edge_models.training import Recipe
+    from footprints_edge_models.training.trainer import Recipe
+    from footprints_edge_models.video_labels.job import FrameOutcome, LabelJob, Report
 
 app = typer.Typer(
     name="fp-train",
@@ -121,7 +121,7 @@ def reference(
     Its depths are for a canonical camera, whose focal length it says when it is done.
     """
     with explained("train"):
-        from .edge import focal_px_at
+        from footprints_edge_models.networks.edge import focal_px_at
 
         recipe = _recipe(stage, batch, seed, start, network="reference")
         weights = _train(data, recipe, run, device)
@@ -137,7 +137,7 @@ def _recipe(
     start: Path | None,
     **more: Any,  # noqa: ANN401  (fields of Recipe)
 ) -> "Recipe":
-    from .training import Recipe, Stage
+    from footprints_edge_models.training.trainer import Recipe, Stage
 
     stages = tuple(Stage.parse(text) for text in stage)
     weights = None if start is None else str(start)
@@ -148,8 +148,8 @@ def _train(data: Path, recipe: "Recipe", run: Path, device: str) -> Path:
     """Trains behind a progress bar; the path of the weights."""
     from tqdm import tqdm
 
-    from .datasets import load_datasets
-    from .training import train
+    from footprints_edge_models.data.datasets import load_datasets
+    from footprints_edge_models.training.trainer import train
 
     where = _device(device)
     datasets = load_datasets(data)
@@ -177,8 +177,8 @@ def ablations(
     with explained("train"):
         from tqdm import tqdm
 
-        from .ablations import ABLATIONS, train_ablations
-        from .datasets import load_datasets
+        from footprints_edge_models.data.datasets import load_datasets
+        from footprints_edge_models.training.ablations import ABLATIONS, train_ablations
 
         where = _device(device)
         recipe = _recipe(stage, batch, seed, start)
@@ -197,7 +197,7 @@ def ablations(
 def _device(name: str) -> "torch.device":
     import torch
 
-    from .training import TrainingError
+    from footprints_edge_models.training.trainer import TrainingError
 
     if name == "auto":
         name = "cuda" if torch.cuda.is_available() else "cpu"
@@ -258,10 +258,10 @@ def labels(
     A folder begun before is gone on with. Exit codes: 0 all done, 1 some frames failed, 2 usage.
     """
     with explained("train"):
-        from footprints_edge.cores import usable_cores
-        from footprints_edge_models.labels.job import LabelJob
-        from footprints_edge_models.labels.labeller import LabelSettings
+        from footprints_edge.foundation.cores import usable_cores
         from footprints_edge_models.sequences.layouts import read_sequence
+        from footprints_edge_models.video_labels.job import LabelJob
+        from footprints_edge_models.video_labels.labeller import LabelSettings
 
         frames = _with_neighbours(read_sequence(sequence, published), before, after, step)
         settings = LabelSettings(_size(size), ground.value, source)
@@ -318,18 +318,18 @@ def _run(job: "LabelJob", engine: Engine, processes: int) -> tuple[list["FrameOu
 def _engine(engine: Engine) -> "Callable[[LabelJob, int, Report], None]":
     if engine is Engine.RAY:
         with explained("ray"):
-            from footprints_edge_models.labels.on_ray import run_on_ray
+            from footprints_edge_models.video_labels.on_ray import run_on_ray
 
             return run_on_ray
-    from footprints_edge_models.labels.processes import run_in_processes
+    from footprints_edge_models.video_labels.processes import run_in_processes
 
     return run_in_processes
 
 
 def _close(job: "LabelJob", outcomes: list["FrameOutcome"], seconds: float) -> None:
     """Draws the contact sheet, says how it went, and sets the exit code."""
-    from footprints_edge_models.labels.contact_sheet import write_contact_sheet
-    from footprints_edge_models.labels.job import hidden_share
+    from footprints_edge_models.video_labels.contact_sheet import write_contact_sheet
+    from footprints_edge_models.video_labels.job import hidden_share
 
     count = {state: sum(o.state == state for o in outcomes) for state in ("done", "kept", "failed")}
     share = hidden_share(outcomes)
@@ -376,11 +376,10 @@ def scenes(
     with explained("train"):
         from tqdm import tqdm
 
-        from footprints_edge.cores import usable_cores
-
-        from .scenes.files import SceneSettings
-        from .scenes.make import make_scenes
-        from .scenes.preview import write_preview
+        from footprints_edge.foundation.cores import usable_cores
+        from footprints_edge_models.scenes.make import make_scenes
+        from footprints_edge_models.scenes.storage.files import SceneSettings
+        from footprints_edge_models.scenes.storage.preview import write_preview
 
         settings = SceneSettings(split.value, seed, _size(size) or (256, 448))
         processes = jobs or usable_cores()

@@ -26,14 +26,14 @@ if TYPE_CHECKING:
         PlanningError,
         VideoError,
     )
-    from footprints_edge.geometry import Intrinsics
-    from footprints_edge.ground_plane import GroundPlane
+    from footprints_edge.foundation.version import __version__
+    from footprints_edge.geometry.camera import Intrinsics
+    from footprints_edge.geometry.ground_plane import GroundPlane
     from footprints_edge.model import Model, load
-    from footprints_edge.planning import GroundPath
+    from footprints_edge.navigation.occupancy_grid import OccupancyGrid
+    from footprints_edge.navigation.path_planning import GroundPath
     from footprints_edge.prediction import Prediction
-    from footprints_edge.top_down import TopDown
-    from footprints_edge.tracker import Tracker
-    from footprints_edge.version import __version__
+    from footprints_edge.video.smoothing import Tracker
 
 __all__ = [
     "FootprintsError",
@@ -47,12 +47,12 @@ __all__ = [
     "Model",
     "ModelError",
     "NoPathError",
+    "OccupancyGrid",
     "OffGroundError",
     "OutputError",
     "OutsideError",
     "PlanningError",
     "Prediction",
-    "TopDown",
     "Tracker",
     "VideoError",
     "__version__",
@@ -61,11 +61,11 @@ __all__ = [
 
 _HOME_OF = {
     "FootprintsError": "errors",
-    "GroundPath": "planning",
-    "GroundPlane": "ground_plane",
+    "GroundPath": "navigation.path_planning",
+    "GroundPlane": "geometry.ground_plane",
     "GroundPlaneError": "errors",
     "ImageError": "errors",
-    "Intrinsics": "geometry",
+    "Intrinsics": "geometry.camera",
     "IntrinsicsError": "errors",
     "MissingMapError": "errors",
     "Model": "model",
@@ -76,10 +76,10 @@ _HOME_OF = {
     "OutsideError": "errors",
     "PlanningError": "errors",
     "Prediction": "prediction",
-    "TopDown": "top_down",
-    "Tracker": "tracker",
+    "OccupancyGrid": "navigation.occupancy_grid",
+    "Tracker": "video.smoothing",
     "VideoError": "errors",
-    "__version__": "version",
+    "__version__": "foundation.version",
     "load": "model",
 }
 

@@ -6,17 +6,23 @@ from pathlib import Path
 from time import perf_counter
 from typing import TypeAlias
 
-from footprints_edge import registry
-from footprints_edge.arrays import Size
-from footprints_edge.engine import Engine
+from footprints_edge.engines.engine import Engine
+from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
 from footprints_edge.errors import IntrinsicsError, ModelError
-from footprints_edge.geometry import Intrinsics
-from footprints_edge.images import DecodedImage, ImageSource, decode
-from footprints_edge.metadata import ModelMetadata
-from footprints_edge.postprocessing import postprocess
+from footprints_edge.foundation.types import Size
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import DecodedImage, ImageSource, decode
+from footprints_edge.inputs.preprocessing import (
+    FILTERS,
+    STRIDE,
+    enough_for,
+    preprocess,
+    working_size,
+)
+from footprints_edge.maps.decode import postprocess
+from footprints_edge.model_files import registry
+from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge.prediction import ModelInfo, Prediction
-from footprints_edge.preprocessing import FILTERS, STRIDE, enough_for, preprocess, working_size
-from footprints_edge.session import Session
 
 Camera: TypeAlias = Intrinsics | Callable[[Size], Intrinsics]
 """A camera in the pixels of the upright picture, or how to make one for a picture's (H, W)."""
@@ -25,34 +31,34 @@ Camera: TypeAlias = Intrinsics | Callable[[Size], Intrinsics]
 class Model:
     """A loaded model. It keeps no state between calls: one object may serve many threads."""
 
-    def __init__(self, session: Engine) -> None:
+    def __init__(self, engine: Engine) -> None:
         """Reads the metadata of a loaded file.
 
         Raises:
             ModelError: If the metadata is missing or asks for something that is not there.
         """
-        self.session = session
-        self.metadata = ModelMetadata.from_props(session.props, session.path)
+        self.engine = engine
+        self.metadata = ModelMetadata.from_props(engine.props, engine.path)
         if self.metadata.resize not in FILTERS:
             raise ModelError(
-                f"{session.path} wants its input resized with {self.metadata.resize!r}; "
+                f"{engine.path} wants its input resized with {self.metadata.resize!r}; "
                 f"this version knows {', '.join(FILTERS)}; upgrade footprints-edge"
             )
-        if session.input_size and any(side % STRIDE for side in session.input_size):
+        if engine.input_size and any(side % STRIDE for side in engine.input_size):
             raise ModelError(
-                f"{session.path} is fixed to {session.input_size}; both sides must be "
+                f"{engine.path} is fixed to {engine.input_size}; both sides must be "
                 f"multiples of {STRIDE}"
             )
 
     @property
     def path(self) -> Path:
         """The file that it runs."""
-        return self.session.path
+        return self.engine.path
 
     @property
     def sha256(self) -> str:
         """SHA-256 of that file."""
-        return self.session.sha256
+        return self.engine.sha256
 
     @property
     def name(self) -> str:
@@ -61,7 +67,7 @@ class Model:
 
     def input_size(self, image_size: Size) -> Size:
         """The (h, w) at which the network sees a picture of `image_size` (H, W)."""
-        return self.session.input_size or working_size(image_size)
+        return self.engine.input_size or working_size(image_size)
 
     def decode(self, image: ImageSource) -> DecodedImage:
         """Reads a picture, no larger than is worth it for this model; see `images.decode`.
@@ -109,7 +115,7 @@ class Model:
         size = self.input_size(decoded.size)
         network_input = preprocess(decoded.pixels, size, self.metadata.resize)
         times.append(perf_counter())
-        maps = self.session.run(network_input)
+        maps = self.engine.run(network_input)
         times.append(perf_counter())
         camera = _camera_of(decoded, intrinsics).scaled(decoded.size, size)
         result = postprocess(maps, self.metadata, camera)
@@ -122,7 +128,7 @@ class Model:
             picture=decoded,
             intrinsics=camera,
             threshold=threshold,
-            model=ModelInfo(self.name, self.metadata.precision, self.sha256, self.session.runtime),
+            model=ModelInfo(self.name, self.metadata.precision, self.sha256, self.engine.runtime),
             timings_ms=timings_ms,
         )
         if flatten:
@@ -157,22 +163,22 @@ def load(
             available.
     """
     path = registry.resolve(model)
-    session = _open(path, engine, threads, providers)
-    registry.check(path, session.sha256)
-    return Model(session)
+    opened = _open(path, engine, threads, providers)
+    registry.check(path, opened.sha256)
+    return Model(opened)
 
 
 def _open(path: Path, engine: str, threads: int | None, providers: Sequence[str] | None) -> Engine:
     if engine == "onnxruntime":
-        return Session(path, threads=threads, providers=providers)
+        return OnnxRuntimeEngine(path, threads=threads, providers=providers)
     if providers is not None:
         raise ModelError(f"providers are onnxruntime's; engine {engine!r} has none to choose from")
     if engine == "openvino":
-        from footprints_edge.openvino_session import OpenVinoSession
+        from footprints_edge.engines.openvino_engine import OpenVinoEngine
 
-        return OpenVinoSession(path, threads=threads)
+        return OpenVinoEngine(path, threads=threads)
     if engine.startswith("onnxruntime-ep-"):
-        return Session(path, threads=threads, plugin=engine)
+        return OnnxRuntimeEngine(path, threads=threads, plugin=engine)
     raise ModelError(
         f"engine {engine!r} is unknown; choose onnxruntime, openvino, or a package that plugs into "
         "onnxruntime: onnxruntime-ep-..."

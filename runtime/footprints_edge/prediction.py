@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from PIL import Image
 
-from footprints_edge.arrays import Floats, Mask, Rgb, Size
 from footprints_edge.errors import MissingMapError
-from footprints_edge.geometry import Intrinsics
-from footprints_edge.images import DecodedImage
-from footprints_edge.postprocessing import ABSENT
+from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.maps.decode import ABSENT
 
 if TYPE_CHECKING:
-    from footprints_edge.ground_plane import GroundPlane
-    from footprints_edge.planning import GroundPath
-    from footprints_edge.top_down import TopDown
+    from footprints_edge.geometry.ground_plane import GroundPlane
+    from footprints_edge.navigation.occupancy_grid import OccupancyGrid
+    from footprints_edge.navigation.path_planning import GroundPath
 
 
 MAPS = (
@@ -126,7 +126,7 @@ class Prediction:
 
     @cached_property
     def _ground_plane(self) -> "GroundPlane":
-        from footprints_edge.ground_plane import fit_ground_plane
+        from footprints_edge.geometry.ground_plane import fit_ground_plane
 
         if self.laid_onto is not None:
             return self.laid_onto
@@ -203,11 +203,11 @@ class Prediction:
         ramps, steps and stairs stay as they are. Without a plane, or without the maps that it is
         fitted to, it is the prediction itself.
         """
-        from footprints_edge.flat_ground import flatten
+        from footprints_edge.navigation.ground_flattening import flatten
 
         return flatten(self)
 
-    def top_down(self, cell_m: float = 0.05, range_m: float = 10.0) -> "TopDown":
+    def top_down(self, cell_m: float = 0.05, range_m: float = 10.0) -> "OccupancyGrid":
         """The ground seen from above, as an occupancy grid.
 
         Takes the ground for the one plane of `ground_plane`.
@@ -220,9 +220,9 @@ class Prediction:
             GroundPlaneError: If there is too little ground to carry a plane.
             ValueError: If a size is not positive, or the range is more than 5000 cells.
         """
-        from footprints_edge.top_down import look_from_above
+        from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
 
-        return look_from_above(self, cell_m, range_m)
+        return make_occupancy_grid(self, cell_m, range_m)
 
     def plan(
         self,
@@ -254,7 +254,7 @@ class Prediction:
                 scikit-image is missing.
             GroundPlaneError: If there is too little ground to carry a plane.
         """
-        from footprints_edge.planning import find_path
+        from footprints_edge.navigation.path_planning import find_path
 
         return find_path(self, start, goal, unit=unit, margin_m=margin_m, ground=ground)
 
@@ -282,7 +282,7 @@ class Prediction:
             OutputError: If a format is unknown, a file is in the way (nothing is written then),
                 or the folder cannot be written to.
         """
-        from footprints_edge.writers import save
+        from footprints_edge.outputs.writers import save
 
         return save(self, Path(folder), formats, name=name, overwrite=overwrite)
 

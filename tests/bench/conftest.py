@@ -5,9 +5,9 @@ import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
-from footprints_edge.geometry import Intrinsics
-from footprints_edge.images import DecodedImage
-from footprints_edge.metadata import ModelMetadata
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge.prediction import ModelInfo, Prediction
 
 SIZE = (32, 64)

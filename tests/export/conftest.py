@@ -9,10 +9,10 @@ import torch
 from onnx import TensorProto
 from PIL import Image
 
-from footprints_edge.metadata import ModelMetadata
+from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge_export import convert as convert_module
 from footprints_edge_export.convert import Conversion, convert
-from footprints_edge_models.edge import EdgeNetwork
+from footprints_edge_models.networks.edge import EdgeNetwork
 
 torch.set_num_threads(1)  # small pictures: threads cost more than they give
 

@@ -6,8 +6,8 @@ import onnx
 import pytest
 
 import footprints_edge
-from footprints_edge import registry
 from footprints_edge.errors import ModelError
+from footprints_edge.model_files import registry
 from footprints_edge_export.bundle import bundle
 from footprints_edge_export.convert import report_path
 from footprints_edge_export.errors import VerificationError

@@ -17,9 +17,9 @@ from footprints_edge.errors import ModelError
 from footprints_edge_export import convert as convert_module
 from footprints_edge_export.convert import convert, report_path
 from footprints_edge_export.errors import ExportError, VerificationError
-from footprints_edge_models.checkpoint import file_sha256, load_weights, read_checkpoint
-from footprints_edge_models.maps import raw_to_maps
-from footprints_edge_models.reference import ReferenceNetwork
+from footprints_edge_models.networks.channels import raw_to_maps
+from footprints_edge_models.networks.checkpoint import file_sha256, load_weights, read_checkpoint
+from footprints_edge_models.networks.reference import ReferenceNetwork
 
 
 def plain_session(path, optimised=None):
@@ -106,7 +106,7 @@ def test_the_edge_file_of_a_fixed_size_takes_that_size_only(edge_fixed, edge_net
     np.testing.assert_allclose(plain_maps(path, image), expected, rtol=0, atol=1e-4)
     with pytest.raises(Exception, match=r"(?i)dimension"):
         plain_maps(path, noise(96, 128))
-    assert footprints_edge.load(path, threads=1).session.input_size == (64, 96)
+    assert footprints_edge.load(path, threads=1).engine.input_size == (64, 96)
 
 
 def test_the_files_keep_the_contract(edge_fp32):

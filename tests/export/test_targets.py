@@ -10,12 +10,12 @@ import pytest
 from onnx import TensorProto, helper, numpy_helper
 
 import footprints_edge as fp
-from footprints_edge.preprocessing import preprocess
+from footprints_edge.inputs.preprocessing import preprocess
 from footprints_edge_export import convert as convert_module
 from footprints_edge_export.convert import convert
 from footprints_edge_export.errors import ExportError, VerificationError
-from footprints_edge_export.half import store_weights_in_half
-from footprints_edge_export.ort_format import to_ort_format
+from footprints_edge_export.graph.fp16_weights import store_weights_in_half
+from footprints_edge_export.graph.ort_format import to_ort_format
 from footprints_edge_export.passes.pad_as_slices import pad_as_slices
 from footprints_edge_export.targets import TARGETS
 
@@ -44,7 +44,7 @@ def picture(seed=0):
 
 
 def maps(path):
-    return fp.load(path, threads=1).session.run(picture())
+    return fp.load(path, threads=1).engine.run(picture())
 
 
 def test_half_precision_halves_the_file_and_hardly_moves_the_maps(half, edge_fixed):
@@ -84,7 +84,7 @@ def test_weights_beyond_half_precision_are_refused():
 
 def test_a_file_for_phones_is_of_fixed_size_and_has_its_ort_twin(mobile):
     path, report = mobile
-    assert fp.load(path).session.input_size == SIZE
+    assert fp.load(path).engine.input_size == SIZE
     assert report.target == "mobile"
     assert report.ort["file"] == "edge.ort"
     twin = fp.load(path.with_suffix(".ort"), threads=1)

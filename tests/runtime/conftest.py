@@ -7,8 +7,8 @@ import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
-from footprints_edge.metadata import ModelMetadata
 from footprints_edge.model import Model, load
+from footprints_edge.model_files.metadata import ModelMetadata
 
 METADATA = ModelMetadata(
     name="tiny",

@@ -38,10 +38,10 @@ def test_each_file_imports_what_it_may():
             own |= {"skimage", "scipy"}
         if path.name == "opencv.py":  # the extra `video`
             own |= {"cv2"}
-        if path.name == "openvino_session.py":  # the extra `openvino`
+        if path.name == "openvino_engine.py":  # the extra `openvino`
             own |= {"openvino"}
         assert names <= own, path
-        assert "onnxruntime" not in names or path.name == "session.py"
+        assert "onnxruntime" not in names or path.name == "onnxruntime_engine.py"
         assert "typer" not in names or path.parent.name == "cli"
 
 

@@ -10,7 +10,7 @@ from PIL import Image
 
 from footprints_edge import Intrinsics, load
 from footprints_edge.errors import ModelError
-from footprints_edge.preprocessing import preprocess
+from footprints_edge.inputs.preprocessing import preprocess
 
 MAPS = (
     "visible_ground",

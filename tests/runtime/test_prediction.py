@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from footprints_edge.errors import MissingMapError
-from footprints_edge.geometry import Intrinsics, rays
-from footprints_edge.images import DecodedImage
-from footprints_edge.postprocessing import ABSENT
+from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.maps.decode import ABSENT
 from footprints_edge.prediction import ModelInfo, Prediction
 
 

@@ -2,14 +2,8 @@
 
 from pathlib import Path
 
-from footprints_edge.arrays import Floats, Rgb
-from footprints_edge_bench.engines.contender import (
-    Contender,
-    EngineError,
-    Running,
-    Setting,
-    counted,
-)
+from footprints_edge.foundation.types import Floats, Rgb
+from footprints_edge_bench.engines.backend import Contender, EngineError, Running, Setting, counted
 
 
 def open_with(contender: Contender, setting: Setting) -> Running:
@@ -46,7 +40,7 @@ def _converted(contender: Contender, setting: Setting) -> Path:
         ) from error
     import torch
 
-    from footprints_edge_models.maps import raw_to_maps
+    from footprints_edge_models.networks.channels import raw_to_maps
 
     network = setting.files.network(contender.network)
 

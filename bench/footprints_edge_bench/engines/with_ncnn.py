@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from footprints_edge.arrays import Floats, Rgb
-from footprints_edge_bench.engines.contender import Contender, EngineError, Running, Setting
+from footprints_edge.foundation.types import Floats, Rgb
+from footprints_edge_bench.engines.backend import Contender, EngineError, Running, Setting
 
 
 def open_with(contender: Contender, setting: Setting) -> Running:
@@ -48,7 +48,7 @@ def _converted(contender: Contender, setting: Setting) -> Path:
     import pnnx
     import torch
 
-    from footprints_edge_models.maps import raw_to_maps
+    from footprints_edge_models.networks.channels import raw_to_maps
 
     network = setting.files.network(contender.network)
     height, width = contender.size

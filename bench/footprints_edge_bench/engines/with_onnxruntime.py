@@ -5,23 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
-from footprints_edge.arrays import Floats, Rgb
-from footprints_edge.session import Session
-from footprints_edge_bench.engines.contender import (
-    Contender,
-    Running,
-    Setting,
-    Spinning,
-    counted,
-)
-from footprints_edge_bench.ort_profile import convolutions, profile
+from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
+from footprints_edge.foundation.types import Floats, Rgb
+from footprints_edge_bench.engines.backend import Contender, Running, Setting, Spinning, counted
+from footprints_edge_bench.engines.ort_profile import convolutions, profile
 
 
 def open_with(contender: Contender, setting: Setting) -> Running:
     """Loads a contender; its precision is what the profiler saw its convolutions compute in."""
     path = setting.files.onnx(contender.network, contender.size, contender.precision)
     if setting.spinning is Spinning.SHIPPED:
-        run = Session(path, threads=setting.threads).run
+        run = OnnxRuntimeEngine(path, threads=setting.threads).run
     else:
         run = partial(_run, _session(path, setting.threads, setting.spinning))
     noise = np.random.default_rng(0).integers(0, 256, (1, *contender.size, 3), np.uint8)

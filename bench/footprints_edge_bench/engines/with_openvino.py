@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from footprints_edge.arrays import Floats, Rgb
-from footprints_edge_bench.engines.contender import Contender, Running, Setting, counted
+from footprints_edge.foundation.types import Floats, Rgb
+from footprints_edge_bench.engines.backend import Contender, Running, Setting, counted
 
 _HINTS = {"fp32": "f32", "bf16": "bf16", "int8": "f32", "int8-nncf": "f32"}
 _FILES = {"fp32": "fp32-stock", "bf16": "fp32-stock", "int8": "int8"}

@@ -1,14 +1,14 @@
 """PyTorch eager, float32: the network as it was trained."""
 
-from footprints_edge.arrays import Floats, Rgb
-from footprints_edge_bench.engines.contender import Contender, Running, Setting, counted
+from footprints_edge.foundation.types import Floats, Rgb
+from footprints_edge_bench.engines.backend import Contender, Running, Setting, counted
 
 
 def open_with(contender: Contender, setting: Setting) -> Running:
     """Loads a contender; its precision is that of its weights."""
     import torch
 
-    from footprints_edge_models.maps import raw_to_maps
+    from footprints_edge_models.networks.channels import raw_to_maps
 
     network = setting.files.network(contender.network)
     torch.set_num_threads(setting.threads)

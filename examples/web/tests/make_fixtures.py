@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import footprints_edge as fp
-from footprints_edge.arrays import Size
-from footprints_edge.colours import colour_scale, scale_position
-from footprints_edge.geometry import disparity_to_depth
-from footprints_edge.preprocessing import preprocess, working_size
+from footprints_edge.drawing.colormap import colour_scale, scale_position
+from footprints_edge.foundation.types import Size
+from footprints_edge.geometry.camera import disparity_to_depth
+from footprints_edge.inputs.preprocessing import preprocess, working_size
 
 FIXTURES = Path(__file__).parent / "fixtures"
 ROOM = Path(__file__).parents[2] / "room.jpg"

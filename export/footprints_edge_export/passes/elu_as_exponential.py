@@ -12,7 +12,7 @@ import numpy as np
 import onnx
 from onnx import helper
 
-from .rewriting import add_constant, attribute, copied, tidied
+from footprints_edge_export.passes.rewriting import add_constant, attribute, copied, tidied
 
 
 def elu_as_exponential(model: onnx.ModelProto) -> onnx.ModelProto:

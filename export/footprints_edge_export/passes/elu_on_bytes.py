@@ -20,7 +20,15 @@ import numpy as np
 import onnx
 from onnx import helper
 
-from .rewriting import Links, Quantization, add_constant, attribute, copied, links, tidied
+from footprints_edge_export.passes.rewriting import (
+    Links,
+    Quantization,
+    add_constant,
+    attribute,
+    copied,
+    links,
+    tidied,
+)
 
 _LARGEST_K = 6.0
 """More makes the exponential no better, and sigmoid(-k) small against its table's rounding."""

@@ -14,7 +14,14 @@ Bound: exact. Both operators copy values, and quantizing is by value.
 import onnx
 from onnx import helper
 
-from .rewriting import Links, Quantization, attribute, copied, links, tidied
+from footprints_edge_export.passes.rewriting import (
+    Links,
+    Quantization,
+    attribute,
+    copied,
+    links,
+    tidied,
+)
 
 
 def pad_and_resize_on_bytes(model: onnx.ModelProto) -> onnx.ModelProto:

@@ -13,7 +13,7 @@ import numpy as np
 import onnx
 from onnx import helper
 
-from .rewriting import add_constant, attribute, copied, links, tidied
+from footprints_edge_export.passes.rewriting import add_constant, attribute, copied, links, tidied
 
 
 def pad_as_slices(model: onnx.ModelProto) -> onnx.ModelProto:

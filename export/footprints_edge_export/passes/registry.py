@@ -6,12 +6,12 @@ from enum import StrEnum
 
 import onnx
 
-from .elu_as_exponential import elu_as_exponential
-from .elu_on_bytes import elu_on_bytes
-from .few_outputs_by_blocks import few_outputs_by_blocks
-from .pad_and_resize_on_bytes import pad_and_resize_on_bytes
-from .upsample_by_expanding import upsample_by_expanding
-from .upsample_rows_in_convolution import upsample_rows_in_convolution
+from footprints_edge_export.passes.elu_as_exponential import elu_as_exponential
+from footprints_edge_export.passes.elu_on_bytes import elu_on_bytes
+from footprints_edge_export.passes.few_outputs_by_blocks import few_outputs_by_blocks
+from footprints_edge_export.passes.pad_and_resize_on_bytes import pad_and_resize_on_bytes
+from footprints_edge_export.passes.upsample_by_expanding import upsample_by_expanding
+from footprints_edge_export.passes.upsample_rows_in_convolution import upsample_rows_in_convolution
 
 
 class Stage(StrEnum):

@@ -13,7 +13,14 @@ import numpy as np
 import onnx
 from onnx import helper
 
-from .rewriting import Links, add_constant, attribute, copied, links, tidied
+from footprints_edge_export.passes.rewriting import (
+    Links,
+    add_constant,
+    attribute,
+    copied,
+    links,
+    tidied,
+)
 
 
 def upsample_by_expanding(model: onnx.ModelProto) -> onnx.ModelProto:

@@ -21,7 +21,14 @@ import onnx
 from numpy.typing import NDArray
 from onnx import helper
 
-from .rewriting import Links, add_constant, attribute, copied, links, tidied
+from footprints_edge_export.passes.rewriting import (
+    Links,
+    add_constant,
+    attribute,
+    copied,
+    links,
+    tidied,
+)
 
 
 def upsample_rows_in_convolution(model: onnx.ModelProto) -> onnx.ModelProto:

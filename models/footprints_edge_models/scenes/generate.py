@@ -5,19 +5,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge.arrays import Size
-
-from .cameras import Camera, choose_camera, picture_size
-from .geometry import Geometry, geometry_of
-from .materials import Palette
-from .raycast import Triangles
-from .rooms import draw_rooms
-from .scene import Scene
-from .sensor import photograph
-from .shading import render
-from .streets import draw_street
-from .textures import SPLITS, TextureLibrary
-from .truth import Truth, truth_of
+from footprints_edge.foundation.types import Size
+from footprints_edge_models.scenes.assets.materials import Palette
+from footprints_edge_models.scenes.assets.textures import SPLITS, TextureLibrary
+from footprints_edge_models.scenes.ground_truth.truth import Truth, truth_of
+from footprints_edge_models.scenes.layout.rooms import draw_rooms
+from footprints_edge_models.scenes.layout.scene import Scene
+from footprints_edge_models.scenes.layout.streets import draw_street
+from footprints_edge_models.scenes.rendering.cameras import Camera, choose_camera, picture_size
+from footprints_edge_models.scenes.rendering.geometry import Geometry, geometry_of
+from footprints_edge_models.scenes.rendering.raycast import Triangles
+from footprints_edge_models.scenes.rendering.sensor import photograph
+from footprints_edge_models.scenes.rendering.shading import render
 
 ROOMS_SHARE = 0.6
 

@@ -13,13 +13,17 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from footprints_edge.whole_files import write_whole
-
-from .boxes import boxes_of
-from .files import SceneSettings, scene_name, write_scene, write_settings
-from .generate import MadeScene, make_scene
-from .textures import TextureLibrary
-from .voxels import CLASSES, voxels_of
+from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge_models.scenes.assets.textures import TextureLibrary
+from footprints_edge_models.scenes.generate import MadeScene, make_scene
+from footprints_edge_models.scenes.ground_truth.boxes import boxes_of
+from footprints_edge_models.scenes.ground_truth.voxels import CLASSES, voxels_of
+from footprints_edge_models.scenes.storage.files import (
+    SceneSettings,
+    scene_name,
+    write_scene,
+    write_settings,
+)
 
 Report = Callable[[int], None]
 """Told the bytes of every scene that is done; 0 for one that was there before."""
@@ -131,7 +135,7 @@ def _make(number: int) -> int:
 def _write_solids(folder: Path, name: str, made: MadeScene) -> None:
     """Boxes and voxels of a scene, for the baselines that need them."""
     boxes = json.dumps(boxes_of(made.scene, made.camera))
-    write_whole(folder / "boxes" / f"{name}.json", boxes.encode())
+    write_atomically(folder / "boxes" / f"{name}.json", boxes.encode())
     voxels = voxels_of(made.scene, made.geometry, made.camera)
     arrays = io.BytesIO()
     np.savez_compressed(
@@ -142,7 +146,7 @@ def _write_solids(folder: Path, name: str, made: MadeScene) -> None:
         camera_to_grid=voxels.camera_to_grid,
         class_names=np.array(CLASSES),
     )
-    write_whole(folder / "voxels" / f"{name}.npz", arrays.getvalue())
+    write_atomically(folder / "voxels" / f"{name}.npz", arrays.getvalue())
 
 
 def _gather_boxes(folder: Path) -> None:
@@ -152,4 +156,4 @@ def _gather_boxes(folder: Path) -> None:
         f"{title}/{path.stem}": json.loads(path.read_text(encoding="utf-8"))
         for path in sorted((folder / "boxes").glob("[0-9]*.json"))
     }
-    write_whole(folder / "boxes.json", json.dumps(boxes).encode())
+    write_atomically(folder / "boxes.json", json.dumps(boxes).encode())

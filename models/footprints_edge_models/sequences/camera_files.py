@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.errors import IntrinsicsError
-from footprints_edge.geometry import Intrinsics
+from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.sequences.sequence import SequenceError
 
 _MOST_SKEW = 0.01

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge.sources import SUFFIXES
+from footprints_edge.cli.sources import SUFFIXES
 from footprints_edge_models.sequences.camera_files import checked_intrinsics, checked_pose
 from footprints_edge_models.sequences.sequence import (
     DepthPicture,

@@ -17,13 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from footprints_edge.geometry import Intrinsics
-from footprints_edge.images import decode
-from footprints_edge_models.label_samples import label_sample
-from footprints_edge_models.samples import Sample
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import decode
+from footprints_edge_models.sample import Sample
 from footprints_edge_models.sequences.camera_files import checked_intrinsics, checked_pose
+from footprints_edge_models.sequences.gps_poses import read_calibration, read_oxts_poses
 from footprints_edge_models.sequences.npy_files import FirstChannel, NpyFile
-from footprints_edge_models.sequences.oxts import read_calibration, read_oxts_poses
 from footprints_edge_models.sequences.sequence import (
     Flow,
     InTime,
@@ -33,6 +32,7 @@ from footprints_edge_models.sequences.sequence import (
     Source,
     StereoPair,
 )
+from footprints_edge_models.video_labels.training_targets import label_sample
 
 logger = logging.getLogger(__name__)
 

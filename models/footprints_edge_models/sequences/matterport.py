@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.errors import IntrinsicsError
-from footprints_edge.geometry import Intrinsics
-from footprints_edge.images import decode
-from footprints_edge_models.label_samples import label_sample
-from footprints_edge_models.samples import Sample
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import decode
+from footprints_edge_models.sample import Sample
 from footprints_edge_models.sequences.camera_files import checked_pose
 from footprints_edge_models.sequences.npy_files import FirstChannel, NpyFile
 from footprints_edge_models.sequences.sequence import (
@@ -30,6 +29,7 @@ from footprints_edge_models.sequences.sequence import (
     SequenceError,
     SequenceFrame,
 )
+from footprints_edge_models.video_labels.training_targets import label_sample
 
 HEIGHTS = (1, 2)
 """The cameras that look ahead and down: those that the paper trains on."""

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from footprints_edge.errors import FootprintsError
-from footprints_edge.geometry import Intrinsics
-from footprints_edge.images import decode
-from footprints_edge_models.floor_map import Frame
-from footprints_edge_models.stereo import stereo_depth_m
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import decode
+from footprints_edge_models.mapping.floor_map import Frame
+from footprints_edge_models.mapping.stereo import stereo_depth_m
 
 LEAST_HITS = 2
 """Ground of a pixel counts where more than this many frames agree on it (the paper's k)."""

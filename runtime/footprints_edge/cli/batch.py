@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from footprints_edge.cli.sources import Source, expand
 from footprints_edge.errors import FootprintsError, OutputError
-from footprints_edge.sources import Source, expand
-from footprints_edge.writers import Encoder, output_paths, refuse_overwriting
+from footprints_edge.outputs.writers import Encoder, output_paths, refuse_overwriting
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from time import perf_counter
 
 import numpy as np
 
-from footprints_edge.cores import usable_cores
+from footprints_edge.engines.onnxruntime_engine import available_providers, runtime
+from footprints_edge.foundation.cores import usable_cores
+from footprints_edge.foundation.version import __version__
 from footprints_edge.model import Model
-from footprints_edge.session import available_providers, runtime
-from footprints_edge.version import __version__
 
 RUNS = 20
 _SIZE = (256, 448)
@@ -37,17 +37,17 @@ def machine_facts() -> dict[str, str]:
 
 def time_model(model: Model) -> str:
     """Times the network alone, after warming up, on an input of noise."""
-    height, width = model.session.input_size or _SIZE
+    height, width = model.engine.input_size or _SIZE
     noise = np.random.default_rng(0).integers(0, 256, (1, height, width, 3), np.uint8)
     times_ms = []
     for _ in range(RUNS + 3):
         start = perf_counter()
-        model.session.run(noise)
+        model.engine.run(noise)
         times_ms.append(1000 * (perf_counter() - start))
     measured = times_ms[3:]
     return (
         f"median {median(measured):.1f} ms, fastest {min(measured):.1f} ms of {RUNS} runs "
-        f"at {height} x {width} with {model.session.threads} thread(s)"
+        f"at {height} x {width} with {model.engine.threads} thread(s)"
     )
 
 

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from footprints_edge.cli.endings import SOME_FAILED, complain, explained, show_version
+from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained, show_version
 from footprints_edge.errors import FootprintsError, ImageError
 
 if TYPE_CHECKING:
     from footprints_edge.cli.batch import Batch, Task
     from footprints_edge.model import Camera, Model
+    from footprints_edge.outputs.writers import Encoder
     from footprints_edge.prediction import Prediction
-    from footprints_edge.writers import Encoder
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -114,7 +114,7 @@ def infer(
     """
     with explained():
         from footprints_edge.cli.batch import plan
-        from footprints_edge.registry import resolve
+        from footprints_edge.model_files.registry import resolve
 
         warnings.filterwarnings("ignore", module=r"PIL\.")  # what matters arrives as ImageError
         camera = _camera(fx, fy, cx, cy, hfov)
@@ -129,7 +129,7 @@ def infer(
         if not videos and (smooth or every != 1 or max_fps is not None):
             raise typer.BadParameter("--every, --max-fps and --smooth are for videos")
         if videos:
-            from footprints_edge.video import Pace, RawFormat
+            from footprints_edge.video.capture import Pace, RawFormat
 
             pace = Pace(every, max_fps)
             layout = RawFormat.parse(raw) if raw else None
@@ -144,8 +144,8 @@ def infer(
             _work(batch, loaded, camera, threshold, quiet=quiet, verbose=verbose)
             del loaded
         if videos:
-            from footprints_edge.cli.video import VideoOptions, infer_videos
-            from footprints_edge.cores import usable_cores
+            from footprints_edge.cli.infer_video import VideoOptions, infer_videos
+            from footprints_edge.foundation.cores import usable_cores
             from footprints_edge.model import load
 
             options = VideoOptions(
@@ -174,7 +174,7 @@ def _camera(
     fx: float | None, fy: float | None, cx: float | None, cy: float | None, hfov: float | None
 ) -> "Camera | None":
     """The camera that the options describe: a function of the picture's size; None if none."""
-    from footprints_edge.geometry import Intrinsics
+    from footprints_edge.geometry.camera import Intrinsics
 
     if hfov is not None:
         if (fx, fy, cx, cy) != (None, None, None, None):
@@ -198,7 +198,7 @@ def _camera(
 
 def _videos_among(named: list[str], raw: str | None) -> list[str]:
     """Those arguments that name videos, streams and cameras, or the pipe of raw frames."""
-    from footprints_edge.sources import is_video
+    from footprints_edge.cli.sources import is_video
 
     if raw is None:
         return [name for name in named if is_video(name)]
@@ -208,15 +208,15 @@ def _videos_among(named: list[str], raw: str | None) -> list[str]:
 
 
 def _overlay_with_panel(prediction: "Prediction") -> bytes:
-    from footprints_edge.overlay import encode_overlay
+    from footprints_edge.drawing.overlay import encode_overlay
 
     return encode_overlay(prediction, top_down=True)
 
 
 def _path_encoder(ends: tuple[str, str], margin_m: float) -> "Encoder":
     """What draws the path between two points given as `X,Y`."""
-    from footprints_edge.path_picture import encode_path_picture
-    from footprints_edge.planning import require_graph_search
+    from footprints_edge.drawing.path import encode_path_picture
+    from footprints_edge.navigation.path_planning import require_graph_search
 
     require_graph_search()
     start, goal = (_point(text) for text in ends)
@@ -266,7 +266,7 @@ def _work(
 def _predict_and_write(
     task: "Task", model: "Model", camera: "Camera | None", threshold: float
 ) -> "Prediction":
-    from footprints_edge.writers import write
+    from footprints_edge.outputs.writers import write
 
     image = task.source.path or _standard_input()
     prediction = model.predict(image, intrinsics=camera, threshold=threshold)

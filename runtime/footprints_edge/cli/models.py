@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from footprints_edge.cli.endings import MODEL_PROBLEM, complain, explained, show_version
+from footprints_edge.cli.exit_codes import MODEL_PROBLEM, complain, explained, show_version
 
 app = typer.Typer(
     add_completion=False,
@@ -29,7 +29,7 @@ def models(
 def list_models() -> None:
     """List the models that come with the package."""
     with explained():
-        from footprints_edge.registry import bundled_models
+        from footprints_edge.model_files.registry import bundled_models
 
         entries = bundled_models()
         for entry in entries:
@@ -49,7 +49,7 @@ def info(model: ModelArgument = None) -> None:
         from footprints_edge.model import load
 
         loaded = load(model)
-        size = loaded.session.input_size
+        size = loaded.engine.input_size
         near_m, far_m = loaded.metadata.depth_range_m
         focal_px = loaded.metadata.focal_px
         facts = {
@@ -82,7 +82,7 @@ def verify(
     with explained():
         from footprints_edge.errors import ModelError
         from footprints_edge.model import load
-        from footprints_edge.registry import bundled_models
+        from footprints_edge.model_files.registry import bundled_models
 
         wanted = names or [entry.name for entry in bundled_models()]
         if not wanted:

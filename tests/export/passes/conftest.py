@@ -8,7 +8,7 @@ import torch
 from onnx import TensorProto, helper, numpy_helper
 
 from footprints_edge_export.convert import convert
-from footprints_edge_models.reference import ReferenceNetwork
+from footprints_edge_models.networks.reference import ReferenceNetwork
 
 SIZE = (96, 128)
 

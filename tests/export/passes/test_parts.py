@@ -7,13 +7,13 @@ import torch
 from typer.testing import CliRunner
 
 from footprints_edge.errors import MissingMapError
-from footprints_edge.metadata import OUTPUTS
 from footprints_edge.model import load
+from footprints_edge.model_files.metadata import OUTPUTS
 from footprints_edge_export.cli import app
 from footprints_edge_export.convert import convert
 from footprints_edge_export.errors import ExportError
-from footprints_edge_export.parts import EdgePart, ReferencePart
-from footprints_edge_models.maps import raw_to_maps
+from footprints_edge_export.partial_networks import EdgePart, ReferencePart
+from footprints_edge_models.networks.channels import raw_to_maps
 
 SIZE = (96, 128)
 

@@ -5,9 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from footprints_edge_export.passes.upsample_rows_in_convolution import (
-    upsample_rows_in_convolution,
-)
+from footprints_edge_export.passes.upsample_rows_in_convolution import upsample_rows_in_convolution
 
 
 def graph(

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from footprints_edge.geometry import Intrinsics
-from footprints_edge_models.scenes.cameras import Camera, looking
-from footprints_edge_models.scenes.geometry import geometry_of
-from footprints_edge_models.scenes.materials import Material
-from footprints_edge_models.scenes.raycast import Triangles
-from footprints_edge_models.scenes.scene import Scene, Sky, Standpoint
-from footprints_edge_models.scenes.textures import TextureKey, TextureLibrary
-from footprints_edge_models.scenes.things import Patch, rectangle
-from footprints_edge_models.scenes.truth import truth_of
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge_models.scenes.assets.materials import Material
+from footprints_edge_models.scenes.assets.textures import TextureKey, TextureLibrary
+from footprints_edge_models.scenes.assets.things import Patch, rectangle
+from footprints_edge_models.scenes.ground_truth.truth import truth_of
+from footprints_edge_models.scenes.layout.scene import Scene, Sky, Standpoint
+from footprints_edge_models.scenes.rendering.cameras import Camera, looking
+from footprints_edge_models.scenes.rendering.geometry import geometry_of
+from footprints_edge_models.scenes.rendering.raycast import Triangles
 
 PLAIN = Material(TextureKey("blank", 0))
 SIZE = (60, 80)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from footprints_edge.geometry import Intrinsics
+from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.sequences.folders import read_sequence_folder
 from footprints_edge_models.sequences.layouts import read_sequence
 from footprints_edge_models.sequences.sequence import DepthPicture, SequenceError, StereoPair

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from footprints_edge.geometry import Intrinsics
-from footprints_edge_models.datasets import DatasetError, load_datasets
-from footprints_edge_models.labels.labeller import Labeller, LabelSettings
-from footprints_edge_models.samples import NO, UNSEEN, YES
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge_models.data.datasets import DatasetError, load_datasets
+from footprints_edge_models.sample import NO, UNSEEN, YES
 from footprints_edge_models.sequences.kitti import Disparity, read_kitti_raw, read_kitti_training
 from footprints_edge_models.sequences.layouts import read_sequence
 from footprints_edge_models.sequences.npy_files import NpyFile
 from footprints_edge_models.sequences.sequence import InTime, SequenceError, StereoPair
+from footprints_edge_models.video_labels.labeller import Labeller, LabelSettings
 
 DATE = "2011_09_26"
 DRIVE = f"{DATE}/{DATE}_drive_0001_sync"

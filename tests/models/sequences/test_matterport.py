@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from footprints_edge.geometry import Intrinsics
-from footprints_edge_models.labels.labeller import Labeller, LabelSettings
-from footprints_edge_models.samples import NO, UNSEEN, YES
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge_models.sample import NO, UNSEEN, YES
 from footprints_edge_models.sequences.layouts import read_sequence
 from footprints_edge_models.sequences.matterport import read_matterport, read_matterport_training
 from footprints_edge_models.sequences.sequence import InSpace, SequenceError
+from footprints_edge_models.video_labels.labeller import Labeller, LabelSettings
 
 SCAN = "2azQ1b91cZZ"
 SIZE = (102, 128)

@@ -6,7 +6,7 @@ import plainMjs from "onnxruntime-web/ort-wasm-simd-threaded.mjs?url";
 import plainWasm from "onnxruntime-web/ort-wasm-simd-threaded.wasm?url";
 import type { InferenceSession } from "onnxruntime-web/wasm";
 
-import modelUrl from "../../../../runtime/footprints_edge/data/edge.onnx?url";
+import modelUrl from "../../../../runtime/footprints_edge/model_files/data/edge.onnx?url";
 import { readModelFacts, type ModelFacts } from "../core/model-facts";
 import type { Size } from "../core/resize";
 import type { Engine } from "../messages";

@@ -9,7 +9,7 @@ import { pixelAt, placeAt, readMaps } from "../../src/core/maps";
 import { readModelFacts } from "../../src/core/model-facts";
 import { facts, fixturePath, readFloats } from "../fixtures";
 
-const MODEL = new URL("../../../../runtime/footprints_edge/data/edge.onnx", import.meta.url);
+const MODEL = new URL("../../../../runtime/footprints_edge/model_files/data/edge.onnx", import.meta.url);
 const known = facts();
 
 function fileOf(name: string): ArrayBuffer {

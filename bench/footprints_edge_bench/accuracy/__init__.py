@@ -1,0 +1,1 @@
+"""How accurate models and the paper's baselines are."""

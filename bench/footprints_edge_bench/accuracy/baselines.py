@@ -1,0 +1,162 @@
+"""The paper's baselines (section "Experiments", "Baselines"), one row of its tables each.
+
+Where a baseline starts from visible ground or depth, these are the first model's predictions.
+"""
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from footprints_edge.foundation.types import Floats, Mask, Size
+from footprints_edge.geometry.camera import Intrinsics, backproject, rays
+from footprints_edge.prediction import Prediction
+from footprints_edge_bench.geometry.boxes import Box
+from footprints_edge_bench.geometry.convex_hull import convex_hull
+from footprints_edge_bench.geometry.voxels import VoxelGrid
+from footprints_edge_bench.ground_truth.base import Truth
+
+NOTHING, EVERYTHING = "Nothing traversable", "Everything traversable"
+HULL, BOXES, PROJECT_DOWN = "Convex hull", "3D bounding boxes †", "Project down"
+VOXELS, VOXELS_PLUS = "Voxel floor (SSCNet) †", "Voxel floor, objects down (SSCNet+) †"
+VISIBLE, RANSAC, ORACLE = "Visible ground", "RANSAC plane", "RANSAC (oracle) ‡"
+
+BASELINES = (
+    *(NOTHING, EVERYTHING, HULL, BOXES, VOXELS, VOXELS_PLUS, PROJECT_DOWN, VISIBLE, RANSAC, ORACLE),
+)
+"""All rows, in the order of the tables."""
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What a method says of an image; None where it says nothing. All maps are (H, W).
+
+    Attributes:
+        ground: the paper's S*.
+        ground_depth_m: metres, where ground is or would be: D*.
+        visible_ground: the paper's S.
+        visible_depth_m: metres: D.
+    """
+
+    ground: Mask | None = None
+    ground_depth_m: Floats | None = None
+    visible_ground: Mask | None = None
+    visible_depth_m: Floats | None = None
+
+
+def estimate_of(prediction: Prediction, size: Size) -> Estimate:
+    """A model's own row, at the truth's size (H, W)."""
+    at_size = prediction.at_size(size)
+    return Estimate(
+        at_size.ground,
+        at_size.unmasked_ground_depth_m,
+        at_size.visible_ground,
+        at_size.visible_depth_m,
+    )
+
+
+def baselines(
+    prediction: Prediction,
+    truth: Truth,
+    name: str,
+    boxes: tuple[Box, ...] | None,
+    voxels: VoxelGrid | None,
+) -> Iterator[tuple[str, Estimate]]:
+    """Every baseline that can be computed for an image, by the name of its row.
+
+    Args:
+        prediction: the first model's, at its own size.
+        truth: of the image.
+        name: of the image; seeds what is random.
+        boxes: things in the image, if known.
+        voxels: the scene in voxels, if known.
+    """
+    at_size = prediction.at_size(truth.size)
+    camera, visible = at_size.intrinsics, at_size.visible_ground
+    seed = zlib.crc32(name.encode())
+    hull = convex_hull(visible)
+    yield NOTHING, Estimate(np.zeros(truth.size, bool))
+    yield EVERYTHING, Estimate(np.ones(truth.size, bool))
+    yield HULL, Estimate(hull)
+    if boxes is not None:
+        yield BOXES, Estimate(without_footprints(hull, boxes, camera))
+    if voxels is not None:
+        depth_m, clear = voxels.floor(camera, truth.size)
+        yield VOXELS, Estimate(np.isfinite(depth_m), depth_m)
+        yield VOXELS_PLUS, Estimate(clear)
+    yield PROJECT_DOWN, Estimate(hull & ~projected_down(prediction, truth.size, seed))
+    yield VISIBLE, Estimate(visible)
+    plane_depth_m = ransac_depth_m(
+        prediction.visible_depth_m,
+        prediction.visible_ground,
+        prediction.intrinsics,
+        truth.size,
+        seed,
+    )
+    if plane_depth_m is not None:
+        yield RANSAC, Estimate(ground_depth_m=plane_depth_m)
+    if truth.visible_ground is not None and truth.visible_depth_m is not None:
+        plane_depth_m = ransac_depth_m(
+            truth.visible_depth_m, truth.visible_ground.mask, camera, truth.size, seed
+        )
+        if plane_depth_m is not None:
+            yield ORACLE, Estimate(ground_depth_m=plane_depth_m)
+
+
+def without_footprints(ground: Mask, boxes: tuple[Box, ...], intrinsics: Intrinsics) -> Mask:
+    """Ground (H, W) less what boxes stand on: the paper's "3D bounding boxes"."""
+    left = ground.copy()
+    for box in boxes:
+        left &= ~box.footprint(intrinsics, (ground.shape[0], ground.shape[1]))
+    return left
+
+
+def projected_down(prediction: Prediction, size: Size, seed: int) -> Mask:
+    """Pixels (H, W) whose ground something stands on, by the visible depth alone: "Project down".
+
+    The paper trains a classifier to predict them from labels that depth gives ("depth masking").
+    Here the same construction runs on the model's own predicted depth, at the network's size;
+    large regions are dropped, as they are from the labels.
+    """
+    from PIL import Image
+
+    from footprints_edge_models.video_labels.footprint_masks import (
+        drop_large_regions,
+        untraversable_pixels,
+    )
+
+    standing = untraversable_pixels(
+        prediction.visible_depth_m,
+        prediction.visible_ground_probability,
+        prediction.intrinsics,
+        seed,
+    )
+    mask = Image.fromarray(drop_large_regions(standing))
+    return np.asarray(mask.resize((size[1], size[0]), Image.Resampling.NEAREST))
+
+
+def ransac_depth_m(
+    depth_m: Floats, ground: Mask, intrinsics: Intrinsics, size: Size, seed: int
+) -> Floats | None:
+    """Depth at which each ray meets the plane that ground pixels lie on: "RANSAC plane".
+
+    Args:
+        depth_m: float32 (h, w), metres, 0 where unknown.
+        ground: bool (h, w), the pixels that the plane is fitted to.
+        intrinsics: the camera in pixels of (h, w).
+        size: (H, W) of the result.
+        seed: of the fit.
+
+    Returns:
+        float32 (H, W), metres, infinite where a ray never meets it; None if no plane can be
+        fitted.
+    """
+    from footprints_edge_models.mapping.planes import fit_plane
+
+    from_size = (depth_m.shape[0], depth_m.shape[1])
+    points = backproject(depth_m, intrinsics)[ground & (depth_m > 0)]
+    plane = fit_plane(points, np.random.default_rng(seed))
+    if plane is None:
+        return None
+    return plane.depth_m(rays(intrinsics.scaled(from_size, size), size)).astype(np.float32)

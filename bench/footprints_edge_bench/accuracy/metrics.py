@@ -1,0 +1,129 @@
+"""The paper's scores of one image (section "Experiments", "Metrics"), as the reference takes them.
+
+Masks are counted, not scored at once: counts of several images add up to scores over all their
+pixels, beside the paper's means over images.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from footprints_edge.foundation.types import Floats, Mask
+
+DEPTH_RANGE_M = (0.5, 20.0)
+"""True and predicted depths are clipped to this before they are compared."""
+
+
+@dataclass(frozen=True)
+class MaskCounts:
+    """Pixels of a predicted and a true mask, unscored pixels left out.
+
+    The scores are NaN where the truth is empty: such an image says nothing, and means skip it.
+
+    Attributes:
+        overlap: in both masks.
+        predicted: in the predicted mask.
+        true: in the true mask.
+    """
+
+    overlap: int
+    predicted: int
+    true: int
+
+    def __add__(self, other: "MaskCounts") -> "MaskCounts":
+        """The counts of both images together."""
+        return MaskCounts(
+            self.overlap + other.overlap, self.predicted + other.predicted, self.true + other.true
+        )
+
+    @property
+    def iou(self) -> float:
+        """Intersection over union."""
+        return self._share(self.overlap, self.predicted + self.true - self.overlap)
+
+    @property
+    def precision(self) -> float:
+        """Share of the predicted pixels that are true; 0 where none is predicted."""
+        return self._share(self.overlap, self.predicted)
+
+    @property
+    def recall(self) -> float:
+        """Share of the true pixels that are predicted."""
+        return self._share(self.overlap, self.true)
+
+    @property
+    def f1(self) -> float:
+        """Harmonic mean of precision and recall; 0 where both are 0."""
+        return self._share(2 * self.overlap, self.predicted + self.true)
+
+    def _share(self, part: int, whole: int) -> float:
+        if self.true == 0:
+            return math.nan
+        return part / whole if whole else 0.0
+
+
+@dataclass(frozen=True)
+class DepthScores:
+    """How far a depth is from the truth; NaN where the truth is empty.
+
+    Attributes:
+        a1: share of pixels within a factor of 1.25.
+        rmse: root of the mean squared difference, metres.
+        abs_rel: mean of the difference over the true depth.
+        sq_rel: mean of the squared difference over the true depth, metres.
+    """
+
+    a1: float
+    rmse: float
+    abs_rel: float
+    sq_rel: float
+
+
+def freespace(predicted: Mask, true: Mask, known: Mask) -> MaskCounts:
+    """Counts over an image: the paper's freespace evaluation, and ours of visible ground.
+
+    Args:
+        predicted: bool (H, W).
+        true: bool (H, W).
+        known: bool (H, W), where the truth is known; the rest is unscored.
+    """
+    return MaskCounts(
+        int((predicted & true & known).sum()),
+        int((predicted & known).sum()),
+        int((true & known).sum()),
+    )
+
+
+def footprint(predicted: Mask, true: Mask, known: Mask, region: Mask) -> MaskCounts:
+    """Counts of what is no ground, within a region: the paper's footprints evaluation.
+
+    Args:
+        predicted: bool (H, W), ground.
+        true: bool (H, W), ground.
+        known: bool (H, W), where the truth is known.
+        region: bool (H, W), where the ground and the things on it are.
+    """
+    return freespace(~predicted, ~true, known & region)
+
+
+def depth(predicted_m: Floats, true_m: Floats) -> DepthScores:
+    """Scores of a depth over the pixels whose true depth is known.
+
+    Args:
+        predicted_m: (H, W), metres; infinite counts as farthest, NaN as nearest.
+        true_m: (H, W), metres, 0 where unknown.
+    """
+    known = true_m > 0
+    if not known.any():
+        return DepthScores(math.nan, math.nan, math.nan, math.nan)
+    true = np.clip(true_m[known].astype(np.float64), *DEPTH_RANGE_M)
+    predicted = np.nan_to_num(predicted_m[known].astype(np.float64), nan=0.0, posinf=np.inf)
+    predicted = np.clip(predicted, *DEPTH_RANGE_M)
+    error = np.abs(predicted - true)
+    return DepthScores(
+        a1=float((np.maximum(predicted / true, true / predicted) < 1.25).mean()),
+        rmse=float(np.sqrt((error**2).mean())),
+        abs_rel=float((error / true).mean()),
+        sq_rel=float((error**2 / true).mean()),
+    )

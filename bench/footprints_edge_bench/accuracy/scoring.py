@@ -1,0 +1,102 @@
+"""What every method scores on one image."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+
+from footprints_edge.prediction import Prediction
+from footprints_edge_bench.accuracy import metrics
+from footprints_edge_bench.accuracy.baselines import Estimate, baselines, estimate_of
+from footprints_edge_bench.accuracy.metrics import DepthScores, MaskCounts
+from footprints_edge_bench.geometry.boxes import Box
+from footprints_edge_bench.geometry.voxels import VoxelGrid
+from footprints_edge_bench.ground_truth.base import Truth
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Scores of one method on one image; None where the method or the truth says nothing.
+
+    Attributes:
+        freespace: S* over the image.
+        footprint: what is not S*, within the region of evaluation.
+        visible_ground: S over the image.
+        ground_depth: D*, the paper's hidden depth.
+        visible_depth: D.
+    """
+
+    freespace: MaskCounts | None = None
+    footprint: MaskCounts | None = None
+    visible_ground: MaskCounts | None = None
+    ground_depth: DepthScores | None = None
+    visible_depth: DepthScores | None = None
+
+    def as_json(self) -> dict[str, dict[str, float] | None]:
+        """Plain values, for :meth:`from_json`."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, values: Mapping[str, Mapping[str, float] | None]) -> "Scores":
+        """The scores that gave the values."""
+
+        def counts(part: str) -> MaskCounts | None:
+            found = values[part]
+            if found is None:
+                return None
+            return MaskCounts(**{key: int(value) for key, value in found.items()})
+
+        def depth(part: str) -> DepthScores | None:
+            found = values[part]
+            return None if found is None else DepthScores(**found)
+
+        return cls(
+            counts("freespace"),
+            counts("footprint"),
+            counts("visible_ground"),
+            depth("ground_depth"),
+            depth("visible_depth"),
+        )
+
+
+def score(
+    predictions: Mapping[str, Prediction],
+    truth: Truth,
+    name: str,
+    boxes: tuple[Box, ...] | None = None,
+    voxels: VoxelGrid | None = None,
+) -> dict[str, Scores]:
+    """Scores of every baseline and model that can be judged on an image.
+
+    Args:
+        predictions: of each model, by the name of its row; baselines start from the first one.
+        truth: of the image.
+        name: of the image.
+        boxes: things in the image, if known.
+        voxels: the scene in voxels, if known.
+    """
+    scores = {}
+    if truth.ground is not None or truth.ground_depth_m is not None:
+        first = next(iter(predictions.values()))
+        for row, estimate in baselines(first, truth, name, boxes, voxels):
+            scores[row] = judge(estimate, truth)
+    for row, prediction in predictions.items():
+        scores[row] = judge(estimate_of(prediction, truth.size), truth)
+    return scores
+
+
+def judge(estimate: Estimate, truth: Truth) -> Scores:
+    """Scores of an estimate against what is known."""
+    freespace = footprint = visible_ground = ground_depth = visible_depth = None
+    if estimate.ground is not None and truth.ground is not None:
+        ground = (estimate.ground, truth.ground.mask, truth.ground.known)
+        freespace = metrics.freespace(*ground)
+        if truth.region is not None:
+            footprint = metrics.footprint(*ground, truth.region)
+    if estimate.visible_ground is not None and truth.visible_ground is not None:
+        visible_ground = metrics.freespace(
+            estimate.visible_ground, truth.visible_ground.mask, truth.visible_ground.known
+        )
+    if estimate.ground_depth_m is not None and truth.ground_depth_m is not None:
+        ground_depth = metrics.depth(estimate.ground_depth_m, truth.ground_depth_m)
+    if estimate.visible_depth_m is not None and truth.visible_depth_m is not None:
+        visible_depth = metrics.depth(estimate.visible_depth_m, truth.visible_depth_m)
+    return Scores(freespace, footprint, visible_ground, ground_depth, visible_depth)

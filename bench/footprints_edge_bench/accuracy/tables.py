@@ -1,0 +1,151 @@
+"""Scores as Markdown, in the form of the paper's Tables 1 to 4."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from footprints_edge_bench.accuracy.baselines import NOTHING
+from footprints_edge_bench.accuracy.summary import Summary
+
+Rows = Mapping[str, Mapping[str, Summary]]
+"""Summaries by row and part."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of figures.
+
+    Attributes:
+        heading: its title.
+        part: of the scores.
+        measure: of the part.
+        pooled: whether over all pixels, instead of the mean over images.
+        lowest_is_best: for errors.
+    """
+
+    heading: str
+    part: str
+    measure: str
+    pooled: bool = False
+    lowest_is_best: bool = False
+
+    def of(self, parts: Mapping[str, Summary]) -> float:
+        """The figure of a row; NaN where it has none."""
+        summary = parts.get(self.part)
+        if summary is None:
+            return math.nan
+        return (summary.pooled if self.pooled else summary.means)[self.measure]
+
+
+def _depth_columns(part: str) -> tuple[Column, ...]:
+    return (
+        Column("a1", part, "a1"),
+        Column("RMSE", part, "rmse", lowest_is_best=True),
+        Column("Abs. rel.", part, "abs_rel", lowest_is_best=True),
+        Column("Sq. rel.", part, "sq_rel", lowest_is_best=True),
+    )
+
+
+TABLES: dict[str, tuple[Column, ...]] = {
+    "Ground, seen or hidden (S*)": (
+        Column("Freespace IoU", "freespace", "iou"),
+        Column("Freespace F1", "freespace", "f1"),
+        Column("Footprint IoU", "footprint", "iou"),
+        Column("Footprint F1", "footprint", "f1"),
+    ),
+    "Hidden depth (D*)": _depth_columns("ground_depth"),
+    "Visible ground (S)": (
+        Column("IoU", "visible_ground", "iou"),
+        Column("F1", "visible_ground", "f1"),
+        Column("Precision", "visible_ground", "precision"),
+        Column("Recall", "visible_ground", "recall"),
+    ),
+    "Visible depth (D)": _depth_columns("visible_depth"),
+    "All pixels pooled": (
+        Column("Freespace IoU", "freespace", "iou", pooled=True),
+        Column("Footprint IoU", "footprint", "iou", pooled=True),
+        Column("Visible ground IoU", "visible_ground", "iou", pooled=True),
+    ),
+}
+"""By title. The first is the paper's Tables 1 to 3, the second its Table 4."""
+
+
+def tables(rows: Rows) -> str:
+    """Every table that has something in it.
+
+    The best figure of a column is bold, the second underlined; what sees the truth (‡) does not
+    compete.
+    """
+    parts = []
+    for title, columns in TABLES.items():
+        present = {
+            name: [column.of(summaries) for column in columns]
+            for name, summaries in rows.items()
+            if any(column.part in summaries for column in columns)
+        }
+        if any(not math.isnan(value) for values in present.values() for value in values):
+            parts.append(f"#### {title}\n\n{table(present, columns, _labels(rows, columns))}")
+    return "\n\n".join(parts)
+
+
+def _labels(rows: Rows, columns: tuple[Column, ...]) -> Callable[[str], str]:
+    """How a row is called: with its number of images where that is not the table's."""
+
+    def images(name: str) -> int:
+        return max((rows[name][c.part].images for c in columns if c.part in rows[name]), default=0)
+
+    most = max(images(name) for name in rows)
+
+    def label(name: str) -> str:
+        count = images(name)
+        return name if count == most else f"{name} ({count} of {most} images)"
+
+    return label
+
+
+def table(
+    rows: Mapping[str, list[float]], columns: tuple[Column, ...], label: Callable[[str], str]
+) -> str:
+    """One table.
+
+    Args:
+        rows: figures by row, in the order of the columns; NaN where there is none.
+        columns: those without any figure are left out.
+        label: how a row is called.
+    """
+    kept = [i for i in range(len(columns)) if any(not math.isnan(v[i]) for v in rows.values())]
+    lines = [
+        "| | " + " | ".join(columns[i].heading for i in kept) + " |",
+        "| --- |" + " ---: |" * len(kept),
+    ]
+    ranks = {i: _ranks(rows, i, columns[i]) for i in kept}
+    for name, values in rows.items():
+        cells = (_cell(values[i], ranks[i]) for i in kept)
+        lines.append(f"| {label(name)} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def _ranks(rows: Mapping[str, list[float]], index: int, column: Column) -> list[str]:
+    """The best and the second best figure of a column, as they are printed."""
+    competing = {
+        f"{values[index]:.3f}"
+        for name, values in rows.items()
+        if not name.endswith("‡") and not math.isnan(values[index])
+    }
+    return sorted(competing, key=float, reverse=not column.lowest_is_best)[:2]
+
+
+def _cell(value: float, ranks: list[str]) -> str:
+    if math.isnan(value):
+        return ""
+    text = f"{value:.3f}"
+    if text in ranks and len(ranks) == 2:
+        return f"**{text}**" if text == ranks[0] else f"<u>{text}</u>"
+    return text
+
+
+def missing_rows(rows: Rows, needs: Mapping[str, str]) -> list[str]:
+    """A note for each row that could not be computed, on what it needs."""
+    if NOTHING not in rows:
+        return ["Every baseline needs a truth of hidden ground, which this data has not."]
+    return [f"{name.rstrip(' †‡')}: {need}." for name, need in needs.items() if name not in rows]

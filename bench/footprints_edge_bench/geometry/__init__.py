@@ -1,0 +1,1 @@
+"""Boxes, voxels and convex hulls that the baselines need."""

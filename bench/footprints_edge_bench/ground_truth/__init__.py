@@ -1,0 +1,1 @@
+"""What is truly known of images, one kind of dataset a file."""

@@ -1,0 +1,91 @@
+"""Truth of an RGB-D clip: what the whole clip saw of the floor, in each of its views.
+
+Every frame's depth goes into one top-down map of the floor; projected into a view, the map says
+where ground is, seen or hidden ("a top-down floor map reprojected into the camera view", paper,
+section "Our Footprints world model"). Ground is what the definition says, a walkable surface
+anywhere on the ray: the floor of another room, seen through a wall, is ground too, if the clip
+went there. What no frame saw is not scored.
+"""
+
+from collections.abc import Iterator
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footprints_edge_bench.geometry.convex_hull import convex_hull
+from footprints_edge_bench.ground_truth.base import Item, KnownMask, Truth
+
+if TYPE_CHECKING:
+    from footprints_edge_models.mapping.floor_map import FloorMap
+    from footprints_edge_models.sequences.sequence import Sequence, SequenceFrame
+
+_PLANE_STRIDE = 4
+"""The floor's plane is fitted to every so manieth frame."""
+
+
+def is_clip(folder: Path) -> bool:
+    """Whether a folder holds a clip with poses."""
+    return (folder / "sequence.json").is_file()
+
+
+def read_clip(folder: Path) -> Iterator[Item]:
+    """The frames of a clip, see CONTRIBUTING.md for its layout; its map is made when one is read.
+
+    Raises:
+        SequenceError: the folder is not laid out as expected.
+    """
+    clip = open_clip(folder)
+    for frame in clip.sequence.frames:
+        yield Item(frame.name, partial(clip.truth, frame))
+
+
+def open_clip(folder: Path) -> "Clip":
+    """A clip, of which nothing but its description is read yet.
+
+    Raises:
+        SequenceError: the folder is not laid out as expected.
+    """
+    from footprints_edge_models.sequences.folders import read_sequence_folder
+
+    return Clip(read_sequence_folder(folder))
+
+
+class Clip:
+    """A clip and the map of its floor."""
+
+    def __init__(self, sequence: "Sequence") -> None:
+        """Of a sequence; its map is made when it is first asked for."""
+        self.sequence = sequence
+
+    @cached_property
+    def floor_map(self) -> "FloorMap":
+        """Of all frames."""
+        from footprints_edge_models.mapping.floor_map import build_floor_map, fit_floor
+
+        frames = [frame.measured() for frame in self.sequence.frames]
+        up = np.array(self.sequence.up or (0, 1, 0), dtype=np.float64)
+        return build_floor_map(frames, fit_floor(frames[::_PLANE_STRIDE], up))
+
+    def truth(self, frame: "SequenceFrame") -> Truth:
+        """What is known of a frame."""
+        from footprints_edge_models.mapping.floor_map import FREE, OCCUPIED, ground_by_depth
+        from footprints_edge_models.sample import UNKNOWN, YES
+
+        view = frame.measured()
+        cells, floor_depth_m = self.floor_map.project(view)
+        seen = ground_by_depth(view, self.floor_map.plane)
+        visible = seen == YES
+        ground = (cells == FREE) | visible
+        above_the_horizon = floor_depth_m <= 0
+        return Truth(
+            frame.image,
+            (cells.shape[0], cells.shape[1]),
+            frame.intrinsics,
+            KnownMask(visible, seen != UNKNOWN),
+            KnownMask(ground, ground | (cells == OCCUPIED) | above_the_horizon),
+            view.depth_m,
+            np.where(ground, floor_depth_m, 0).astype(np.float32),
+            convex_hull(visible),
+        )

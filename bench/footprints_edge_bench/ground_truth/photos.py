@@ -1,0 +1,49 @@
+"""Truth of labelled photos: what a person drew as walkable; nothing of what is hidden."""
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from footprints_edge_bench.ground_truth.base import Item, KnownMask, Truth, TruthError
+from footprints_edge_bench.ground_truth.pictures import picture_named
+
+
+def is_photo_folder(folder: Path) -> bool:
+    """Whether a folder holds ``images/`` and ``labels/``."""
+    return (folder / "images").is_dir() and (folder / "labels").is_dir()
+
+
+def read_photos(folder: Path, walkable: tuple[int, ...], void: tuple[int, ...]) -> Iterator[Item]:
+    """Photos of ``images/`` with class ids of the same name in ``labels/*.png``.
+
+    Args:
+        folder: with both.
+        walkable: class ids of ground.
+        void: class ids that are not scored.
+
+    Raises:
+        TruthError: no class is walkable, or there are no labels.
+    """
+    if not walkable:
+        raise TruthError(
+            f"{folder} holds labelled photos; say which class ids are ground, such as "
+            "--walkable 3,4, and which say nothing, such as --void 11"
+        )
+    labels = sorted((folder / "labels").glob("*.png"))
+    if not labels:
+        raise TruthError(f"{folder / 'labels'}: no label pictures (PNG) there")
+    for path in labels:
+        yield Item(path.stem, partial(_load, folder, path, walkable, void))
+
+
+def _load(folder: Path, path: Path, walkable: tuple[int, ...], void: tuple[int, ...]) -> Truth:
+    image = picture_named(folder / "images", path.stem)
+    ids = np.asarray(Image.open(path))
+    if ids.ndim != 2:
+        raise TruthError(f"{path}: class ids in one channel are needed, not shape {ids.shape}")
+    known = ~np.isin(ids, void)
+    mask = np.isin(ids, walkable) & known
+    return Truth(image, (ids.shape[0], ids.shape[1]), visible_ground=KnownMask(mask, known))

@@ -1,0 +1,175 @@
+"""Cold start: fresh processes, from their start to files written, and what memory they take."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from footprints_edge.errors import FootprintsError
+from footprints_edge_bench.latency.timing import Ratio, Summary, measure, ratio
+from footprints_edge_bench.model_files.synthetic_photos import made_jpeg
+
+PHOTO = (960, 1280)
+"""(H, W) of the one photo."""
+
+_BASE = "import numpy, onnxruntime, PIL"
+_NOTE_MEMORY = """
+def peak_bytes():
+    try:
+        with open("/proc/self/status") as status:
+            line = next(line for line in status if line.startswith("VmHWM"))
+        return 1024 * int(line.split()[1])
+    except (OSError, StopIteration):
+        import resource, sys
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (
+            1 if sys.platform == "darwin" else 1024)
+"""
+# VmHWM is of this program alone; ru_maxrss may be that of the process that it was forked from.
+_INFER = (
+    _NOTE_MEMORY
+    + """
+import atexit, sys
+note, sys.argv = sys.argv[1], ["fp-infer", *sys.argv[2:]]
+atexit.register(lambda: open(note, "w").write(str(peak_bytes())))
+from footprints_edge.cli.infer import main
+main()
+"""
+)
+_STEPS = (
+    _NOTE_MEMORY
+    + """
+import json, sys
+from time import perf_counter
+times = [perf_counter()]
+from footprints_edge.model import load
+times.append(perf_counter())
+model = load(None if sys.argv[1] == "" else sys.argv[1], threads=int(sys.argv[3]))
+times.append(perf_counter())
+model.predict(sys.argv[2]).ground_depth_m
+times.append(perf_counter())
+spans = [1000 * (end - start) for start, end in zip(times, times[1:])]
+sys.stdout.write(json.dumps([*spans, peak_bytes()]))
+"""
+)
+
+
+class ColdStartError(FootprintsError):
+    """A fresh process that failed."""
+
+
+@dataclass(frozen=True)
+class ColdStart:
+    """What was found, over all processes.
+
+    Attributes:
+        base: a process that imports numpy, onnxruntime and Pillow, and nothing else.
+        infer: ``fp-infer`` on one photo, process start to file written.
+        infer_against_base: times as long.
+        cpu_against_base: times as much processor time, which other programs disturb less.
+        infer_peak_bytes: largest resident memory of any of those processes.
+        steps_ms: median in a process of its own of import, load and first frame, by the model.
+        steps_peak_bytes: the same processes' largest resident memory, by the model.
+    """
+
+    base: Summary
+    infer: Summary
+    infer_against_base: Ratio
+    cpu_against_base: Ratio
+    infer_peak_bytes: int
+    steps_ms: Mapping[str, Mapping[str, float]]
+    steps_peak_bytes: Mapping[str, int]
+
+    def as_markdown(self) -> str:
+        """Two sentences and a list."""
+        found, cpu = self.infer_against_base, self.cpu_against_base
+        lines = [
+            f"`fp-infer` on one photo, process start to file written: p50 "
+            f"{self.infer.p50_ms:.0f} ms, {found.value:.2f} ({found.low:.2f} to {found.high:.2f}) "
+            f'times as long as `python -c "{_BASE}"` ({self.base.p50_ms:.0f} ms); '
+            f"{cpu.value:.2f} ({cpu.low:.2f} to {cpu.high:.2f}) times its processor time; "
+            f"peak memory {self.infer_peak_bytes / 1e6:.0f} MB; {self.infer.n} processes each, in "
+            "turns.",
+            "",
+        ]
+        for model, steps in self.steps_ms.items():
+            spans = ", ".join(f"{step} {ms:.0f} ms" for step, ms in steps.items())
+            peak_mb = self.steps_peak_bytes[model] / 1e6
+            lines.append(f"- {model}: {spans}; peak memory {peak_mb:.0f} MB")
+        return "\n".join(lines)
+
+
+def cold_start(models: Mapping[str, str], threads: int, processes: int) -> ColdStart:
+    """Starts processes in turns.
+
+    Args:
+        models: by the names of their rows, files or names; "" for the bundled default.
+        threads: of the network.
+        processes: of each kind.
+
+    Raises:
+        ColdStartError: one of them failed.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        photo, note = Path(folder, "photo.jpg"), Path(folder, "peak")
+        photo.write_bytes(made_jpeg(PHOTO))
+        infer = [_INFER, str(note), str(photo), "--overwrite", "--threads", str(threads)]
+        peaks_bytes: list[int] = []
+        steps: dict[str, list[list[Any]]] = {name: [] for name in models}
+
+        def run_infer() -> None:
+            _python(*infer)
+            peaks_bytes.append(int(note.read_text()))
+
+        def run_steps(name: str) -> None:
+            out = _python(_STEPS, models[name], str(photo), str(threads))
+            steps[name].append(json.loads(out))
+
+        timed = measure(
+            {
+                "base": lambda: _python(_BASE),
+                "infer": run_infer,
+                **{f"steps {name}": partial(run_steps, name) for name in models},
+            },
+            processes,
+            warm_up=1,  # files are in the page cache then
+            settle_ms=0,
+            cpu_clock=_children_cpu_s,
+        )
+    spans = ("import", "load", "first frame")
+    return ColdStart(
+        timed["base"].summary(),
+        timed["infer"].summary(),
+        ratio(timed["infer"].times_ms, timed["base"].times_ms),
+        ratio(timed["infer"].cpu_s, timed["base"].cpu_s),
+        max(peaks_bytes),
+        {
+            name: {
+                span: median(found[index] for found in steps[name][1:])
+                for index, span in enumerate(spans)
+            }
+            for name in models
+        },
+        {name: max(found[-1] for found in steps[name]) for name in models},
+    )
+
+
+def _children_cpu_s() -> float:
+    """Seconds of processor time of all processes that this one has started and seen end."""
+    times = os.times()
+    return times.children_user + times.children_system
+
+
+def _python(*arguments: str) -> str:
+    command = [sys.executable, "-c", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
+        raise ColdStartError(f"a fresh process ended with code {done.returncode}: {last}")
+    return done.stdout

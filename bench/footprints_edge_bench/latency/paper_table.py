@@ -1,0 +1,192 @@
+"""The paper's speed table: its four rows as it prints them, and ours measured, per preset."""
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+
+from footprints_edge.foundation.types import Rgb, Size
+from footprints_edge.inputs.images import decode
+from footprints_edge.inputs.preprocessing import enough_for, preprocess
+from footprints_edge_bench.engines.backend import Contender, EngineError, Running, Setting
+from footprints_edge_bench.engines.open_backend import as_frame, open_contender
+from footprints_edge_bench.latency.benchmark import PRESETS
+from footprints_edge_bench.latency.machine import Machine
+from footprints_edge_bench.latency.tables import table
+from footprints_edge_bench.latency.timing import measure
+from footprints_edge_bench.model_files.model_cache import EDGE, REFERENCE
+from footprints_edge_bench.model_files.synthetic_photos import made_jpeg
+
+
+@dataclass(frozen=True)
+class PaperRow:
+    """A row as the paper prints it, of its authors' measurement on their hardware.
+
+    Attributes:
+        method: its name there.
+        preprocessing_s: None where the paper has a dash.
+        inference_s: of one image.
+    """
+
+    method: str
+    preprocessing_s: float | None
+    inference_s: float
+
+
+PAPER = (
+    PaperRow("Voxels (SSCNet)", 43, 66),
+    PaperRow("Bounding box (Qi et al.)", None, 0.417),
+    PaperRow("Bounding box (Mousavian et al.)", None, 0.520),
+    PaperRow("Footprints, the paper's", None, 0.074),
+)
+"""Table "Single image inference speed comparison" of the paper."""
+
+PICTURES: dict[str, Size] = {
+    "kitti": (375, 1242),
+    "handheld": (720, 1280),
+    "matterport": (1024, 1280),
+}
+"""(H, W) of the pictures that each preset is for."""
+
+OURS = (
+    (EDGE, "onnxruntime", "int8"),
+    (REFERENCE, "onnxruntime", "int8"),
+    (REFERENCE, "onnxruntime", "fp32"),
+    (REFERENCE, "torch", "fp32"),
+)
+"""Network, engine and precision of each of our rows."""
+
+
+@dataclass(frozen=True)
+class OurRow:
+    """A row that was measured here.
+
+    Attributes:
+        preset: key of ``PRESETS``.
+        contender: what ran.
+        reason: why it did not; None if it did.
+        precision: that it ran in.
+        preprocessing_s: median of decoding a JPEG of the preset's pictures and resizing it.
+        inference_s: median of the network alone.
+    """
+
+    preset: str
+    contender: Contender
+    reason: str | None = None
+    precision: str | None = None
+    preprocessing_s: float | None = None
+    inference_s: float | None = None
+
+
+@dataclass(frozen=True)
+class SpeedTable:
+    """The table and what it was measured on."""
+
+    rows: tuple[OurRow, ...]
+    threads: int
+    trials: int
+    machine: Machine
+
+    def as_json(self) -> str:
+        """Everything."""
+        return (
+            json.dumps({"paper": [asdict(row) for row in PAPER], **asdict(self)}, indent=1) + "\n"
+        )
+
+    def as_markdown(self) -> str:
+        """The table."""
+        paper = [
+            [each.method, "", "paper, its hardware", _s(each.preprocessing_s), _s(each.inference_s)]
+            for each in PAPER
+        ]
+        ours = [
+            [
+                f"{row.contender.network} in {row.contender.engine}, {row.precision}",
+                f"{row.contender.size[0]}x{row.contender.size[1]} ({row.preset})",
+                "measured here",
+                _s(row.preprocessing_s),
+                _s(row.inference_s),
+            ]
+            for row in self.rows
+            if row.inference_s is not None
+        ]
+        columns = ["method", "size", "on", "preprocessing (s)", "inference (s)"]
+        parts = [table(columns, [*paper, *ours], left=3)]
+        if missing := [row for row in self.rows if row.reason]:
+            lines = (f"- {row.contender.name}: {row.reason}" for row in missing)
+            parts.append("\n".join(["Not run:", "", *lines]))
+        parts.append(
+            f"Batch of one, {self.threads} thread(s), medians of {self.trials} rounds in turns. "
+            "Preprocessing is decoding a JPEG of the dataset's size and resizing it. The paper's "
+            "rows are other hardware: they are no measure of what was gained here.\n\n"
+            + self.machine.as_markdown()
+        )
+        return "\n\n".join(parts) + "\n"
+
+
+def speed_table(
+    setting: Setting,
+    machine: Machine,
+    trials: int,
+    presets: Sequence[str] = tuple(PRESETS),
+    progress: Callable[[str], None] | None = None,
+) -> SpeedTable:
+    """Measures our rows: those of one preset in turns, preset after preset.
+
+    Args:
+        setting: how the networks are run.
+        machine: as it was before.
+        trials: timed frames of each.
+        presets: keys of ``PRESETS``.
+        progress: told a row's name after each of its trials.
+    """
+    rows: list[OurRow] = []
+    for preset in presets:
+        rows += _measure_preset(preset, setting, trials, progress)
+    return SpeedTable(tuple(rows), setting.threads, trials, machine)
+
+
+def _measure_preset(
+    preset: str, setting: Setting, trials: int, progress: Callable[[str], None] | None
+) -> list[OurRow]:
+    size = PRESETS[preset]
+    jpeg = made_jpeg(PICTURES[preset])
+
+    def prepare() -> Rgb:
+        return preprocess(decode(jpeg, lambda _: enough_for(size)).pixels, size)
+
+    image = prepare()
+    found: dict[Contender, Running | str] = {}
+    for network, engine, precision in OURS:
+        contender = Contender(network, size, engine, precision)
+        try:
+            found[contender] = open_contender(contender, setting)
+        except EngineError as error:
+            found[contender] = str(error)
+    ran = {each: running for each, running in found.items() if not isinstance(running, str)}
+    timed = measure(
+        {
+            "preprocessing": prepare,
+            **{each.name: as_frame(running, image) for each, running in ran.items()},
+        },
+        trials,
+        progress=progress,
+    )
+    preprocessing_s = timed["preprocessing"].summary().p50_ms / 1000
+    return [
+        OurRow(
+            preset,
+            each,
+            precision=running.precision,
+            preprocessing_s=preprocessing_s,
+            inference_s=timed[each.name].summary().p50_ms / 1000,
+        )
+        if not isinstance(running, str)
+        else OurRow(preset, each, reason=running)
+        for each, running in found.items()
+    ]
+
+
+def _s(seconds: float | None) -> str:
+    if seconds is None:
+        return "-"
+    return f"{seconds:.0f}" if seconds >= 10 else f"{seconds:.3f}"

@@ -1,0 +1,1 @@
+"""The model files that are measured, and pictures to feed them."""

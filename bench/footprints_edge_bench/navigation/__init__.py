@@ -1,0 +1,1 @@
+"""How good paths and occupancy grids are."""

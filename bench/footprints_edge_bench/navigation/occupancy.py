@@ -1,0 +1,174 @@
+"""How right a model's free space is in metres: its top-down grid against that of exact maps.
+
+The exact maps' own grid is right to the cell where the ground is one plane, as rooms have it.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from footprints_edge.errors import GroundPlaneError
+from footprints_edge.foundation.types import Floats, Mask
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.navigation.occupancy_grid import OccupancyGrid
+from footprints_edge.prediction import ModelInfo, Prediction
+from footprints_edge_bench.accuracy.benchmark import Benchmark
+from footprints_edge_bench.accuracy.tables import Column, table
+from footprints_edge_bench.ground_truth.base import Truth
+
+RANGE_M = 6.0
+CELL_M = 0.05
+BEARINGS_DEG = np.arange(-20.0, 21.0, 2.0)
+
+_SKY_M = 100.0
+
+_COLUMNS = (
+    Column("Free cells IoU", "above", "iou"),
+    Column("Free area off by", "above", "area", lowest_is_best=True),
+    Column("Nearest obstacle off by (m)", "above", "obstacle", lowest_is_best=True),
+    Column("Camera height off by", "above", "height", lowest_is_best=True),
+    Column("Pitch off by (degrees)", "above", "pitch", lowest_is_best=True),
+)
+
+
+@dataclass(frozen=True)
+class GridScore:
+    """One grid against the exact one; NaN where there is nothing to compare.
+
+    Attributes:
+        iou: of free cells, those that the truth does not know left out.
+        area: relative error of the area of free ground.
+        obstacle: median error of the distance to the nearest obstacle, metres, where both have one.
+        height: relative error of the camera's height.
+        pitch: error of its pitch, degrees.
+    """
+
+    iou: float
+    area: float = math.nan
+    obstacle: float = math.nan
+    height: float = math.nan
+    pitch: float = math.nan
+
+
+def exact_prediction(truth: Truth, like: Prediction) -> Prediction:
+    """What a perfect model would say of an image.
+
+    Args:
+        truth: with S, S*, D and D*.
+        like: a prediction of the image, for the camera.
+    """
+    assert truth.visible_ground is not None and truth.ground is not None
+    assert truth.visible_depth_m is not None and truth.ground_depth_m is not None
+
+    def depth(depth_m: Floats) -> Floats:
+        return np.where(depth_m > 0, depth_m, np.float32(_SKY_M))
+
+    return Prediction(
+        truth.visible_ground.mask.astype(np.float32),
+        truth.ground.mask.astype(np.float32),
+        depth(truth.visible_depth_m),
+        depth(truth.ground_depth_m),
+        DecodedImage(np.zeros((*truth.size, 3), np.uint8)),
+        like.intrinsics.scaled(like.map_size, truth.size),
+        0.5,
+        ModelInfo("truth", "exact", "0" * 64, "none"),
+        {},
+    )
+
+
+def compare_grids(found: OccupancyGrid, exact: OccupancyGrid, known: Mask) -> GridScore:
+    """Holds a grid against the exact one.
+
+    Args:
+        found: by a model.
+        exact: of the same cells.
+        known: bool, of the cells that count.
+    """
+    overlap, either = found.free & exact.free & known, (found.free | exact.free) & known
+    if not either.any():
+        return GridScore(math.nan)
+    near, true_near = (grid.nearest_obstacle_m(BEARINGS_DEG) for grid in (found, exact))
+    both = np.isfinite(near) & np.isfinite(true_near)
+    areas = [float(np.count_nonzero(grid.free & known)) for grid in (found, exact)]
+    return GridScore(
+        float(overlap.sum() / either.sum()),
+        abs(areas[0] - areas[1]) / areas[1] if areas[1] else math.nan,
+        float(np.median(np.abs(near[both] - true_near[both]))) if both.any() else math.nan,
+        abs(found.plane.camera_height_m / exact.plane.camera_height_m - 1),
+        abs(found.plane.pitch_deg - exact.plane.pitch_deg),
+    )
+
+
+def known_cells(grid: OccupancyGrid, truth: Truth, intrinsics: Intrinsics) -> Mask:
+    """Cells but those on rays of which the truth does not know whether there is ground.
+
+    Args:
+        grid: of exact maps.
+        truth: of the image.
+        intrinsics: the camera in the truth's pixels.
+    """
+    assert truth.ground is not None
+    pixels = grid.plane.to_pixels(grid.places_m, intrinsics)
+    x, y = np.moveaxis(np.floor(np.nan_to_num(pixels, nan=-1) + 0.5).astype(int), -1, 0)
+    height, width = truth.size
+    seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+    known = np.ones(seen.shape, bool)
+    known[seen] = truth.ground.known[y[seen], x[seen]]
+    return known
+
+
+def score_grids(
+    benchmark: Benchmark, progress: Callable[[str], None]
+) -> dict[str, list[GridScore]]:
+    """Scores of every model's grid on every image that shows ground, by the name of its row.
+
+    A grid that cannot be made, for lack of ground, scores 0.
+    """
+    scores: dict[str, list[GridScore]] = {row: [] for row in benchmark.rows()}
+    for item in benchmark.items():
+        truth = item.load()
+        predictions = benchmark.predict(truth)
+        exact = exact_prediction(truth, next(iter(predictions.values())))
+        try:
+            exact_grid = exact.top_down(CELL_M, RANGE_M)
+        except GroundPlaneError:
+            continue
+        known = known_cells(exact_grid, truth, exact.intrinsics)
+        for row, prediction in predictions.items():
+            try:
+                found = prediction.top_down(CELL_M, RANGE_M)
+            except GroundPlaneError:
+                scores[row].append(GridScore(0.0))
+                continue
+            scores[row].append(compare_grids(found, exact_grid, known))
+        progress(item.name)
+    return scores
+
+
+def as_markdown(scores: Mapping[str, Sequence[GridScore]]) -> str:
+    """A table of means, with medians for the camera's height and pitch."""
+    rows = {}
+    for row, of_row in scores.items():
+        columns = {
+            name: [getattr(each, name) for each in of_row] for name in GridScore.__annotations__
+        }
+        rows[row] = [_mean(columns["iou"])] + [
+            _median(columns[name]) for name in ("area", "obstacle", "height", "pitch")
+        ]
+    count = max((len(of_row) for of_row in scores.values()), default=0)
+    return (
+        f"## From above: {count} images, cells of {CELL_M:g} m within {RANGE_M:g} m\n\n"
+        f"{table(rows, _COLUMNS, lambda row: row)}\n\n"
+        "IoU: mean over images; all else: medians.\n"
+    )
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.nanmean(values)) if not np.isnan(values).all() else math.nan
+
+
+def _median(values: Sequence[float]) -> float:
+    return float(np.nanmedian(values)) if not np.isnan(values).all() else math.nan

@@ -1,0 +1,187 @@
+"""The paper's path planning benchmark (section "Use case: Path Planning" and its table).
+
+From a random place of truly visible ground to a random place of truly hidden ground, over each
+method's ground; the path is then held against the truth.
+"""
+
+import csv
+import io
+import math
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge.errors import FootprintsError
+from footprints_edge.foundation.types import Floats, Mask
+from footprints_edge.navigation.path_planning import STEP_COST, cheapest_route
+from footprints_edge.prediction import Prediction
+from footprints_edge_bench.accuracy.baselines import (
+    BOXES,
+    HULL,
+    NOTHING,
+    PROJECT_DOWN,
+    VISIBLE,
+    VOXELS,
+    VOXELS_PLUS,
+    baselines,
+)
+from footprints_edge_bench.accuracy.benchmark import Benchmark
+from footprints_edge_bench.accuracy.tables import Column, table
+from footprints_edge_bench.ground_truth.base import Item, Truth
+
+TRUTH = "Ground truth ‡"
+BASELINE_ROWS = (VOXELS, VOXELS_PLUS, HULL, BOXES, PROJECT_DOWN, VISIBLE, NOTHING)
+"""Rows of the paper's table, and those that the accuracy benchmark has beside them."""
+
+_COLUMNS = (
+    Column("Failed paths", "planning", "failed", lowest_is_best=True),
+    Column("Collisions", "planning", "collisions", lowest_is_best=True),
+)
+
+
+@dataclass(frozen=True)
+class PathScore:
+    """One planned path, held against the truth.
+
+    Attributes:
+        item: name of the image.
+        row: of the method.
+        failed: whether it leaves true ground anywhere.
+        collisions: share of its pixels that do.
+    """
+
+    item: str
+    row: str
+    failed: bool
+    collisions: float
+
+
+def plan_paths(
+    benchmark: Benchmark, paths: int, seed: int, progress: Callable[[str], None]
+) -> tuple[list[PathScore], dict[str, str]]:
+    """Plans and judges paths on every image that has visible and hidden ground.
+
+    Args:
+        benchmark: methods and images.
+        paths: how many on each image.
+        seed: of their ends, which are the same for all methods.
+        progress: told the name of each image when it is done.
+
+    Returns:
+        A score for each path of each row, and the images that failed, with the reason.
+    """
+    scores: list[PathScore] = []
+    failures = {}
+    for item in benchmark.items():
+        try:
+            scores += _scores_of(benchmark, item, paths, seed)
+        except FootprintsError as error:
+            failures[item.name] = str(error)
+        progress(item.name)
+    return scores, failures
+
+
+def _scores_of(benchmark: Benchmark, item: Item, paths: int, seed: int) -> Iterator[PathScore]:
+    truth = item.load()
+    ends = list(random_ends(truth, paths, np.random.default_rng([seed, _number(item.name)])))
+    if not ends:
+        return
+    predictions = benchmark.predict(truth)
+    for row, ground in _grounds(benchmark, truth, item.name, predictions):
+        costs = 1 - ground.astype(np.float64) + STEP_COST
+        for start, goal in ends:
+            route, _ = cheapest_route(costs, start, goal)
+            assert route is not None  # nothing is closed
+            yield judge_route(route, truth, item.name, row)
+
+
+def _number(name: str) -> int:
+    return zlib.crc32(name.encode())
+
+
+def random_ends(
+    truth: Truth, paths: int, rng: np.random.Generator
+) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+    """Starts on visible and goals on hidden true ground, (row, column); none if one is missing."""
+    if truth.visible_ground is None or truth.ground is None:
+        return
+    visible = truth.visible_ground.mask & truth.ground.mask
+    hidden = truth.ground.mask & ~truth.visible_ground.mask & truth.visible_ground.known
+    places = [np.argwhere(mask) for mask in (visible, hidden)]
+    if all(map(len, places)):
+        for _ in range(paths):
+            start, goal = (tuple(map(int, rng.choice(place))) for place in places)
+            yield (start[0], start[1]), (goal[0], goal[1])
+
+
+def _grounds(
+    benchmark: Benchmark, truth: Truth, name: str, predictions: dict[str, Prediction]
+) -> Iterator[tuple[str, Floats | Mask]]:
+    """Each row's s*, float (H, W): probabilities of models, masks of what has no more."""
+    first = next(iter(predictions.values()))
+    extras = benchmark.extras
+    boxes, voxels = extras.boxes_of(name, truth), extras.voxels_of(name, truth)
+    for row, estimate in baselines(first, truth, name, boxes, voxels):
+        if row == VISIBLE:
+            yield row, first.at_size(truth.size).visible_ground_probability
+        elif row in BASELINE_ROWS and estimate.ground is not None:
+            yield row, estimate.ground
+    for row, prediction in predictions.items():
+        yield row, prediction.at_size(truth.size).ground_probability
+    assert truth.ground is not None
+    yield TRUTH, truth.ground.mask | ~truth.ground.known  # what is not known is not judged
+
+
+def judge_route(route: NDArray[np.intp], truth: Truth, item: str, row: str) -> PathScore:
+    """Holds the (N, 2) rows and columns of a path against the truth; what is not known is free."""
+    assert truth.ground is not None
+    at = tuple(route.T)
+    off = truth.ground.known[at] & ~truth.ground.mask[at]
+    return PathScore(item, row, bool(off.any()), float(off.mean()))
+
+
+def as_markdown(
+    benchmark: Benchmark, scores: Sequence[PathScore], failures: dict[str, str], paths: int
+) -> str:
+    """The paper's table of all images, and of each dataset."""
+    groups = {each.name: {item.name for item in each.items} for each in benchmark.datasets}
+    if len(groups) > 1:
+        groups = {"All images": set().union(*groups.values()), **groups}
+    order = [*BASELINE_ROWS, *benchmark.rows(), TRUTH]
+    sections = ["## Path planning"]
+    for title, names in groups.items():
+        found: dict[str, list[PathScore]] = {row: [] for row in order}
+        for each in scores:
+            if each.item in names:
+                found[each.row].append(each)
+        rows = {
+            row: [
+                math.fsum(score.failed for score in of_row) / len(of_row),
+                math.fsum(score.collisions for score in of_row) / len(of_row),
+            ]
+            for row, of_row in found.items()
+            if of_row
+        }
+        if rows:
+            images = len({score.item for score in scores if score.item in names})
+            heading = f"### {title}: {images} images with hidden ground, {paths} paths each"
+            sections.append(f"{heading}\n\n{table(rows, _COLUMNS, lambda row: row)}")
+    sections.append(
+        "Lower is better. A path is failed if it leaves true ground anywhere; collisions are the "
+        "share of its pixels that do. † sees measured depth or other sensors, ‡ the truth."
+    )
+    sections += [f"Skipped {name}: {reason}" for name, reason in failures.items()]
+    return "\n\n".join(sections) + "\n"
+
+
+def write_paths(scores: Sequence[PathScore], path: Path) -> None:
+    """One line a path and row, as CSV."""
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(["image", "method", "failed", "collisions"])
+    writer.writerows([s.item, s.row, int(s.failed), f"{s.collisions:.6f}"] for s in scores)
+    path.write_text(file.getvalue(), encoding="utf-8")

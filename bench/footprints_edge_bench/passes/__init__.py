@@ -1,0 +1,1 @@
+"""What the graph passes gain, and what they change."""

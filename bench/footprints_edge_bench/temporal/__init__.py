@@ -1,0 +1,1 @@
+"""Videos: flicker and throughput."""

@@ -1,0 +1,1 @@
+"""Graphs from PyTorch, and their input, weights and file format."""

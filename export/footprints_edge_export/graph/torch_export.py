@@ -1,0 +1,87 @@
+"""A torch network to a float32 ONNX graph."""
+
+import contextlib
+import io
+import logging
+import warnings
+
+import onnx
+import torch
+from torch import nn
+
+from footprints_edge_models.networks.channels import raw_to_maps
+
+OPSET = 18
+
+
+class _WithMaps(nn.Module):
+    """RGB float32 (1, 3, H, W) in [0, 1] to the maps of the file contract."""
+
+    def __init__(self, network: nn.Module) -> None:
+        super().__init__()
+        self.network = network
+
+    def forward(self, image: torch.Tensor) -> torch.Tensor:
+        return raw_to_maps(self.network(image))
+
+
+def to_graph(
+    network: nn.Module, size: tuple[int, int] | None, *, gives_maps: bool = False
+) -> onnx.ModelProto:
+    """Export with batch norms folded.
+
+    Args:
+        network: as :class:`architectures.Architecture` says.
+        size: (H, W) to fix the input to; None leaves both free.
+        gives_maps: whether it gives maps, not raw channels.
+
+    Returns:
+        A model with input ``image`` float32 [1, 3, H, W] in [0, 1] and output ``maps`` float32
+        [1, 4, H, W], or fewer channels where the network gives fewer.
+    """
+    height, width = size or (64, 96)
+    sides = [32 * torch.export.Dim(name, min=2, max=512) for name in ("h", "w")]
+    shapes = {"image": {2: sides[0], 3: sides[1]}} if size is None else None
+    example = torch.zeros(1, 3, height, width)
+    exporter_log = logging.getLogger("torch.onnx")
+    level = exporter_log.level
+    exporter_log.setLevel(logging.ERROR)  # it warns of packages that we do not need
+    try:
+        with (
+            warnings.catch_warnings(),
+            contextlib.redirect_stdout(io.StringIO()),
+            torch.no_grad(),
+        ):
+            warnings.simplefilter("ignore")
+            program = torch.onnx.export(
+                (network if gives_maps else _WithMaps(network)).eval(),
+                (example,),
+                dynamo=True,
+                opset_version=OPSET,
+                input_names=["image"],
+                output_names=["maps"],
+                dynamic_shapes=shapes,
+                verbose=False,
+            )
+    finally:
+        exporter_log.setLevel(level)
+    if program is None:
+        raise RuntimeError("torch.onnx.export returned no program")
+    model: onnx.ModelProto = program.model_proto
+    _forget_torch(model)
+    return model
+
+
+def _forget_torch(model: onnx.ModelProto) -> None:
+    """Drop the exporter's notes on every node: stack traces with paths of this machine."""
+    del model.graph.value_info[:]
+    del model.metadata_props[:]
+    for part in (*model.graph.node, *model.graph.input, *model.graph.output):
+        del part.metadata_props[:]
+        part.doc_string = ""
+    for initializer in model.graph.initializer:
+        del initializer.metadata_props[:]
+        initializer.doc_string = ""
+    del model.graph.metadata_props[:]
+    model.graph.doc_string = ""
+    model.doc_string = ""

@@ -1,0 +1,71 @@
+"""Networks that compute only what is asked for: some of the four maps, or maps of a coarser head.
+
+Each gives the maps of the file contract, in the contract's order, at the picture's own size. What
+nothing asks for is not in the exported graph at all.
+"""
+
+import torch
+import torch.nn.functional as F
+from torch import nn
+
+from footprints_edge.model_files.metadata import OUTPUTS
+from footprints_edge_models.networks.edge import EdgeNetwork, log_depth_to_disparity
+from footprints_edge_models.networks.reference import ReferenceNetwork
+
+
+class EdgePart(nn.Module):
+    """The edge network with a head of fewer channels; it has one head, of half the size."""
+
+    SCALES = (1,)
+
+    def __init__(self, network: EdgeNetwork, outputs: str, scale: int) -> None:
+        super().__init__()
+        assert scale in self.SCALES
+        self.outputs, self.scale = outputs, scale
+        self.network = network
+        channels = list(OUTPUTS[outputs])
+        whole = network.head
+        self.head = nn.Conv2d(whole.in_channels, len(channels), 3, padding=1)
+        self.head.load_state_dict(
+            {key: value[channels] for key, value in whole.state_dict().items()}
+        )
+
+    def forward(self, image: torch.Tensor) -> torch.Tensor:
+        """RGB (B, 3, H, W) in [0, 1] to maps (B, C, H, W)."""
+        x = self.head(self.network.features(image)).float()
+        x = F.interpolate(x, scale_factor=2, mode="bilinear")
+        masks = sum(channel < 2 for channel in OUTPUTS[self.outputs])
+        if masks == 0:
+            return log_depth_to_disparity(x)
+        if masks == x.shape[1]:
+            return torch.sigmoid(x)
+        return torch.cat([torch.sigmoid(x[:, :masks]), log_depth_to_disparity(x[:, masks:])], dim=1)
+
+
+class ReferencePart(nn.Module):
+    """One of the reference network's trained heads, of the decoders that are needed."""
+
+    SCALES = (1, 2, 4)
+
+    def __init__(self, network: ReferenceNetwork, outputs: str, scale: int) -> None:
+        super().__init__()
+        assert scale in self.SCALES
+        self.outputs, self.scale = outputs, scale
+        self.network = network
+
+    def forward(self, image: torch.Tensor) -> torch.Tensor:
+        """RGB (B, 3, H, W) in [0, 1] to maps (B, C, H, W)."""
+        features = self.network.encoder(image)
+        head = f"1/{self.scale}"
+        maps = []
+        if self.outputs != "depths":
+            maps.append(torch.sigmoid(self._full(self.network.mask_decoder(features)[head])))
+        if self.outputs != "masks":
+            # As in training, the sigmoid of a disparity comes before the resize.
+            maps.append(self._full(torch.sigmoid(self.network.depth_decoder(features)[head])))
+        return torch.cat(maps, dim=1)
+
+    def _full(self, x: torch.Tensor) -> torch.Tensor:
+        if self.scale == 1:
+            return x
+        return F.interpolate(x, scale_factor=self.scale, mode="bilinear")

@@ -1,0 +1,1 @@
+"""int8: calibration, quantization, and what makes it exact."""

@@ -1,0 +1,1 @@
+"""Whether a file keeps the contract, and how far two of them are apart."""

@@ -1,0 +1,263 @@
+"""Test vectors: pictures, and all that a model makes of them, for ports in other languages.
+
+``vectors.json`` says how each was made; ``docs/embedding.md`` says how to hold a port against them.
+"""
+
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from footprints_edge.foundation.types import Floats, Rgb, Size
+from footprints_edge.foundation.version import __version__
+from footprints_edge.geometry.camera import Intrinsics, disparity_to_depth
+from footprints_edge.inputs.images import DecodedImage, decode
+from footprints_edge.inputs.preprocessing import preprocess, working_size
+from footprints_edge.model import Model
+from footprints_edge_export.errors import ExportError
+
+FORMAT = 1
+"""Version of the folder's layout and of ``vectors.json``."""
+
+THRESHOLD = 0.5
+EXAMPLE_PHOTO = Path(__file__).parents[3] / "examples" / "room.jpg"
+"""The checkout's; an installed package has none."""
+
+MASKS = ("visible_ground", "ground", "hidden_ground")
+METRES = ("visible_depth_m", "ground_depth_m")
+
+_SIZES_TO_TRY = ((720, 1280), (1280, 720), (480, 640), (1000, 1000), (300, 4000), (33, 47))
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """How far a port may be from the vectors.
+
+    The first five allow for how engines round: float32 hardly, int8 a step early on, which is a
+    few at the end. The others hold a port's arithmetic against its own maps, where engines have
+    no part.
+
+    Attributes:
+        probability_mean: mean difference of ``maps`` 0 and 1.
+        probability_max: largest difference of ``maps`` 0 and 1.
+        depth_median: relative difference of the depths of ``maps`` 2 and 3, of half of the pixels.
+        depth_p99: the same, of 99 in 100 pixels.
+        mask_margin: masks are compared where the vector's probability is this far from the
+            threshold.
+        mask_iou: least intersection over union of each mask there.
+        input_levels: largest difference of a byte of the network's input.
+        own_mask_iou: least intersection over union with the mask that the port's maps give.
+        own_mask_iou_at_image_size: the same, after the resize to the picture's size.
+        own_metres: largest relative difference from the metres that the port's maps give.
+    """
+
+    probability_mean: float
+    probability_max: float
+    depth_median: float
+    depth_p99: float
+    mask_margin: float
+    mask_iou: float = 0.995
+    input_levels: int = 1
+    own_mask_iou: float = 0.9999
+    own_mask_iou_at_image_size: float = 0.998
+    own_metres: float = 1e-4
+
+
+TOLERANCES = {
+    "fp32": Tolerances(1e-4, 1e-2, 1e-3, 1e-2, 0.01),
+    "int8": Tolerances(0.02, 0.5, 0.04, 0.2, 0.2),
+}
+"""By the precision of the model file."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A picture of the vectors.
+
+    Attributes:
+        name: of its folder.
+        rgb: uint8 (H, W, 3).
+        camera: of the picture, in its pixels.
+        network_size: (h, w) that a network of free input size sees it at; None for the size that
+            the rule gives.
+    """
+
+    name: str
+    rgb: Rgb
+    camera: Intrinsics
+    network_size: Size | None
+
+
+def write_vectors(model: Model, folder: Path, photo: Path = EXAMPLE_PHOTO) -> list[Path]:
+    """Write the vectors of a model.
+
+    Args:
+        model: what the vectors are of.
+        folder: made if it is not there; files of the same names are replaced.
+        photo: a landscape photo with ground in it, 1000 pixels wide or more.
+
+    Returns:
+        The files, ``vectors.json`` last.
+
+    Raises:
+        ExportError: there is no such photo, the model's precision has no tolerances, or it
+            lacks maps.
+        ImageError: it is none.
+    """
+    if not photo.is_file():
+        raise ExportError(f"{photo}: no such photo to cut the vectors from; name one with --photo")
+    if model.metadata.precision not in TOLERANCES:
+        raise ExportError(
+            f"{model.path}: no tolerances are known for precision {model.metadata.precision!r}; "
+            f"there are {', '.join(TOLERANCES)}"
+        )
+    if model.metadata.outputs != "all":
+        raise ExportError(
+            f"{model.path} has {model.metadata.outputs} only; vectors are of all maps"
+        )
+    written, entries = [], []
+    for subject in subjects(decode(photo)):
+        network_input, maps = run_subject(model, subject)
+        entry = _entry(model, subject, (maps.shape[2], maps.shape[3]))
+        results: dict[str, NDArray[Any]] = {"input": network_input, "maps": maps}
+        results |= derived(maps, entry, THRESHOLD)
+        files = {"image": _png(subject.rgb)}
+        for name, array in results.items():
+            files[name] = _png(array * np.uint8(255)) if array.dtype == np.bool_ else _npy(array)
+        for name, data in files.items():
+            path = folder / subject.name / f"{name}{'.png' if data[1:4] == b'PNG' else '.npy'}"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+            entry["files"][name] = path.relative_to(folder).as_posix()
+            written.append(path)
+        entries.append(entry)
+    manifest = folder / "vectors.json"
+    manifest.write_text(json.dumps(_manifest(model, entries), indent=2) + "\n")
+    return [*written, manifest]
+
+
+def subjects(photo: DecodedImage) -> list[Subject]:
+    """The pictures: the whole photo, an upright and a square piece of it, and a tiny copy.
+
+    All but the first have network sizes of their own, small ones, so that the files stay small.
+    """
+    height, width = photo.size
+    camera = (
+        Intrinsics.from_focal_35mm(photo.focal_35mm, photo.size)
+        if photo.focal_35mm is not None
+        else Intrinsics.assumed(photo.size)
+    )
+    pieces: tuple[tuple[str, int, Size, Size | None], ...] = (
+        # name, columns from the left that are cut off, size, network size
+        ("landscape", 0, (360, 640), None),
+        ("portrait", width - 3 * height // 4, (480, 360), (256, 192)),
+        ("square", width - height, (360, 360), (224, 224)),
+        ("tiny", 0, (36, 64), (96, 160)),
+    )
+    found = []
+    for name, left, size, network_size in pieces:
+        box = (left, 0, width, height)
+        rgb = np.asarray(
+            Image.fromarray(photo.rgb).resize(size[::-1], Image.Resampling.LANCZOS, box)
+        )
+        moved = Intrinsics(camera.fx, camera.fy, camera.cx - left, camera.cy)
+        found.append(Subject(name, rgb, moved.scaled((height, width - left), size), network_size))
+    return found
+
+
+def run_subject(model: Model, subject: Subject) -> tuple[Rgb, Floats]:
+    """The network's input uint8 (1, h, w, 3) and its output float32 (1, 4, h, w)."""
+    image_size = (subject.rgb.shape[0], subject.rgb.shape[1])
+    size = model.engine.input_size or subject.network_size or model.input_size(image_size)
+    network_input = preprocess(subject.rgb, size, model.metadata.resize)
+    return network_input, model.engine.run(network_input)
+
+
+def derived(maps: Floats, entry: Mapping[str, Any], threshold: float) -> dict[str, NDArray[Any]]:
+    """What follows from a network's output: masks at both sizes, and metres, by file name.
+
+    Args:
+        maps: float32 (1, 4, h, w).
+        entry: of the vector, as in ``vectors.json``.
+        threshold: probability above which a pixel is ground.
+    """
+    height, width = entry["image_size_px"]
+    found: dict[str, NDArray[Any]] = {}
+    for suffix, size in (("", None), ("_at_image_size", (width, height))):
+        visible, ground = (_resized(maps[0, channel], size) > threshold for channel in (0, 1))
+        masks = (visible, ground, ground & ~visible)
+        found |= {name + suffix: mask for name, mask in zip(MASKS, masks, strict=True)}
+    visible_m, ground_m = disparity_to_depth(maps[0, 2:], *entry["depth_range_m"])
+    metres = (visible_m, np.where(found["ground"], ground_m, np.float32(np.nan)))
+    return found | dict(zip(METRES, metres, strict=True))
+
+
+def _resized(values: Floats, size: tuple[int, int] | None) -> Floats:
+    """Bilinear, to (width, height)."""
+    if size is None:
+        return values
+    return np.array(Image.fromarray(values).resize(size, Image.Resampling.BILINEAR))
+
+
+def _entry(model: Model, subject: Subject, network_size: Size) -> dict[str, Any]:
+    image_size = (subject.rgb.shape[0], subject.rgb.shape[1])
+    camera = subject.camera.scaled(image_size, network_size)
+    focal_px = model.metadata.focal_px
+    scale = 1.0 if focal_px is None else camera.focal_px / focal_px
+    return {
+        "name": subject.name,
+        "image_size_px": list(image_size),
+        "network_size_px": list(network_size),
+        "image_intrinsics_px": _camera(subject.camera),
+        "network_intrinsics_px": _camera(camera),
+        "depth_scale": scale,
+        "depth_range_m": [scale * bound for bound in model.metadata.depth_range_m],
+        "files": {},
+    }
+
+
+def _manifest(model: Model, entries: list[dict[str, Any]]) -> dict[str, Any]:
+    fixed = model.engine.input_size
+    return {
+        "format": FORMAT,
+        "model": {
+            "name": model.name,
+            "file": model.path.name,
+            "sha256": model.sha256,
+            "precision": model.metadata.precision,
+            "resize": model.metadata.resize,
+            "focal_px": model.metadata.focal_px,
+            "depth_range_m": list(model.metadata.depth_range_m),
+            "fixed_size_px": None if fixed is None else list(fixed),
+        },
+        "versions": {"footprints_edge": __version__, "runtime": model.engine.runtime},
+        "threshold": THRESHOLD,
+        "tolerances": asdict(TOLERANCES[model.metadata.precision]),
+        "size_rule": [
+            {"image_size_px": list(size), "network_size_px": list(working_size(size))}
+            for size in _SIZES_TO_TRY
+        ],
+        "vectors": entries,
+    }
+
+
+def _camera(camera: Intrinsics) -> dict[str, float]:
+    return {"fx": camera.fx, "fy": camera.fy, "cx": camera.cx, "cy": camera.cy}
+
+
+def _png(pixels: NDArray[np.uint8]) -> bytes:
+    buffer = io.BytesIO()
+    Image.fromarray(pixels).save(buffer, "PNG", optimize=True)
+    return buffer.getvalue()
+
+
+def _npy(array: NDArray[Any]) -> bytes:
+    buffer = io.BytesIO()
+    np.save(buffer, array)
+    return buffer.getvalue()

@@ -1,0 +1,1 @@
+"""The floor of a whole clip: planes, stereo, a map from above."""

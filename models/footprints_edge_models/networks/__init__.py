@@ -1,0 +1,1 @@
+"""The networks: ours and the paper's, their channels and their checkpoints."""

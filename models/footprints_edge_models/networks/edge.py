@@ -1,0 +1,102 @@
+"""The edge network: ours, made for int8 on small CPUs.
+
+EfficientNet-Lite0 and a four-stage skip decoder with nothing in it that an int8 runtime cannot
+fuse: zero padding, ReLU, nearest upsampling, concatenation, 3x3 convolutions. Its four outputs are
+predicted at half resolution and resized bilinearly.
+
+Depth is predicted as the logarithm of metres: equal steps of the output are equal ratios of
+distance, so that neither a float16 nor a coarse activation before the last layer costs more far
+away than near by. It leaves the network as the paper's sigmoid disparity.
+"""
+
+import math
+
+import torch
+import torch.nn.functional as F
+from torch import nn
+
+from footprints_edge.inputs.preprocessing import BUDGET_PX
+from footprints_edge_models.networks.channels import MAX_DEPTH_M, MIN_DEPTH_M, depth_to_disparity
+from footprints_edge_models.networks.efficientnet_lite0 import (
+    FEATURE_CHANNELS,
+    Lite0Encoder,
+    imagenet_classifier,
+)
+
+DECODER_CHANNELS = (128, 64, 48, 32)
+FOCAL_PX = 400.0
+"""Focal length, in pixels of the network's input, of the canonical camera its depths are for."""
+
+
+def focal_px_at(size: tuple[int, int]) -> float:
+    """The canonical focal length while pictures of another base size (H, W) are trained on.
+
+    Small pictures are those of the same camera with fewer pixels, so that what is learned on them
+    holds on large ones.
+    """
+    return FOCAL_PX * math.sqrt(size[0] * size[1] / BUDGET_PX)
+
+
+class UpStage(nn.Module):
+    """Nearest x2, concatenation with the encoder's feature, 3x3 convolution, batch norm, ReLU."""
+
+    def __init__(self, inputs: int, skip: int, outputs: int) -> None:
+        super().__init__()
+        self.conv = nn.Sequential(
+            nn.Conv2d(inputs + skip, outputs, 3, padding=1, bias=False),
+            nn.BatchNorm2d(outputs),
+            nn.ReLU(),
+        )
+
+    def forward(self, x: torch.Tensor, skip: torch.Tensor) -> torch.Tensor:
+        """(B, inputs, H, W) and (B, skip, 2H, 2W) to (B, outputs, 2H, 2W)."""
+        x = F.interpolate(x, scale_factor=2, mode="nearest")
+        return self.conv(torch.cat([x, skip], dim=1))  # type: ignore[no-any-return]
+
+
+class EdgeNetwork(nn.Module):
+    """RGB (B, 3, H, W) in [0, 1], H and W multiples of 32, to raw channels (see :mod:`maps`)."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.encoder = Lite0Encoder()
+        inputs, stages = FEATURE_CHANNELS[-1], []
+        for skip, outputs in zip(FEATURE_CHANNELS[-2::-1], DECODER_CHANNELS, strict=True):
+            stages.append(UpStage(inputs, skip, outputs))
+            inputs = outputs
+        self.stages = nn.ModuleList(stages)
+        self.head = nn.Conv2d(inputs, 4, 3, padding=1)
+
+    def forward(self, image: torch.Tensor) -> torch.Tensor:
+        """Raw channels (B, 4, H, W), float32."""
+        x = self.head(self.features(image)).float()
+        x = F.interpolate(x, scale_factor=2, mode="bilinear")
+        return torch.cat([x[:, :2], log_depth_to_disparity(x[:, 2:])], dim=1)
+
+    def scales(self, image: torch.Tensor) -> dict[str, torch.Tensor]:
+        """Its outputs by scale; it has one."""
+        return {"1/1": self(image)}
+
+    def features(self, image: torch.Tensor) -> torch.Tensor:
+        """What the head sees, (B, 32, H/2, W/2)."""
+        *skips, x = self.encoder((image * 255 - 127) / 128)
+        for stage, skip in zip(self.stages, reversed(skips), strict=True):
+            x = stage(x, skip)
+        return x  # type: ignore[no-any-return]
+
+
+def log_depth_to_disparity(x: torch.Tensor) -> torch.Tensor:
+    """Unbounded output to disparity: its sigmoid runs evenly through log metres."""
+    span = math.log(MAX_DEPTH_M / MIN_DEPTH_M)
+    return depth_to_disparity(MIN_DEPTH_M * torch.exp(span * torch.sigmoid(x)))
+
+
+def pretrained_edge_network() -> EdgeNetwork:
+    """A network to train: ImageNet encoder, fresh decoder.
+
+    Raises:
+        ModelError: the package with the ImageNet weights is not installed.
+    """
+    network = EdgeNetwork()
+    network.encoder = imagenet_classifier().encoder
+    return network

@@ -1,0 +1,1 @@
+"""What is exactly known of a scene: ground, boxes, voxels."""

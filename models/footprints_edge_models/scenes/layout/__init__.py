@@ -1,0 +1,1 @@
+"""Where things stand: floor plans, rooms, streets, skies."""

@@ -1,0 +1,91 @@
+"""A made scene before it is rendered: ground, things, light, and where a camera may stand."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge_models.scenes.assets.textures import TextureKey
+from footprints_edge_models.scenes.assets.things import Patch, Thing
+
+Kind: TypeAlias = Literal["rooms", "street"]
+Colour: TypeAlias = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A light of limited size.
+
+    Attributes:
+        centre_m: (x, y, z).
+        size_m: its extent along x, y and z; shadows soften with it.
+        power: light on a surface one metre away, facing it; white in ordinary light is 1.
+    """
+
+    centre_m: tuple[float, float, float]
+    size_m: tuple[float, float, float]
+    power: Colour
+
+
+@dataclass(frozen=True)
+class Sky:
+    """What is far away, and the light from there.
+
+    Attributes:
+        towards_sun: unit (3,).
+        sun: light on a surface that faces the sun; zero on overcast days.
+        zenith: colour above.
+        horizon: colour at eye level.
+        far: colour of hills, trees and houses at the horizon.
+        far_deg: how high these reach.
+        clouds: the texture that says where clouds are.
+    """
+
+    towards_sun: NDArray[np.float64]
+    sun: Colour
+    zenith: Colour
+    horizon: Colour
+    far: Colour
+    far_deg: float
+    clouds: TextureKey
+
+
+@dataclass(frozen=True)
+class Standpoint:
+    """A rectangle, in x and y, that a camera may stand in, and how often."""
+
+    x0: float
+    y0: float
+    x1: float
+    y1: float
+    weight: float = 1.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything but the camera.
+
+    Attributes:
+        kind: rooms or street.
+        ground: the walkable patches, in the world.
+        things: what stands there, placed.
+        lamps: lights inside; none on streets.
+        sky: what is seen where nothing is.
+        ambient: light that comes from everywhere.
+        standpoints: where a camera may be.
+        slope: how much the ground rises along x and y; everything rises with it.
+        haze_m: distance at which haze hides two thirds of a surface.
+        look_deg: likely headings of a camera, degrees from +x anticlockwise; empty = any.
+    """
+
+    kind: Kind
+    ground: tuple[Patch, ...]
+    things: tuple[Thing, ...]
+    lamps: tuple[Lamp, ...]
+    sky: Sky
+    ambient: Colour
+    standpoints: tuple[Standpoint, ...]
+    slope: tuple[float, float] = (0.0, 0.0)
+    haze_m: float = 1e6
+    look_deg: tuple[float, ...] = ()

@@ -1,0 +1,150 @@
+"""Cameras in a scene, and the choice of one that sees something."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge.foundation.types import Size
+from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge_models.scenes.layout.scene import Kind, Scene
+from footprints_edge_models.scenes.rendering.geometry import GROUND, Geometry
+from footprints_edge_models.scenes.rendering.raycast import Triangles
+
+CANDIDATES = 40
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera in the world.
+
+    Attributes:
+        position_m: (3,).
+        rotation: (3, 3), from camera axes (x right, y down, z forward) to the world's (z up).
+        intrinsics: in pixels of its picture.
+        size: (H, W) of its picture.
+    """
+
+    position_m: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+    intrinsics: Intrinsics
+    size: Size
+
+    def rays(self, size: Size | None = None) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Origins and directions (N, 3) of the pixels of its picture, or of one of another size.
+
+        A direction's length is such that one length is one metre along the optical axis. In memory
+        they are planes, one for each of x, y and z.
+        """
+        size = size or self.size
+        local = rays(self.intrinsics.scaled(self.size, size), size).reshape(-1, 3)
+        directions = np.asfortranarray(local @ self.rotation.T.astype(np.float32))
+        return np.broadcast_to(self.position_m.astype(np.float32), directions.shape), directions
+
+
+def looking(heading: float, pitch_down: float, roll: float) -> NDArray[np.float64]:
+    """Camera-to-world rotation; angles in radians, heading from +x anticlockwise."""
+    cos, sin = np.cos(pitch_down), np.sin(pitch_down)
+    forward = np.array([np.cos(heading) * cos, np.sin(heading) * cos, -sin])
+    right = np.array([np.sin(heading), -np.cos(heading), 0])
+    down = np.cross(forward, right)
+    axes = np.column_stack([right, down, forward])
+    cos, sin = np.cos(roll), np.sin(roll)
+    turned: NDArray[np.float64] = axes @ np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    return turned
+
+
+def picture_size(size: Size, rng: np.random.Generator) -> Size:
+    """Landscape as asked for, one time in five portrait, one in seven square."""
+    dice = rng.random()
+    if dice < 0.2:
+        return size[1], size[0]
+    if dice < 0.34:
+        side = round((size[0] * size[1]) ** 0.5 / 16) * 16
+        return side, side
+    return size
+
+
+def choose_camera(
+    scene: Scene,
+    geometry: Geometry,
+    size: Size,
+    rng: np.random.Generator,
+    solids: Triangles,
+    outlines: Triangles,
+) -> Camera:
+    """A random camera that stands free and sees things, not a wall alone, and mostly some ground.
+
+    Args:
+        scene: the scene.
+        geometry: its triangles.
+        size: (H, W) of the picture.
+        rng: decides.
+        solids: the tree over all triangles.
+        outlines: the tree over the outlines on the ground.
+    """
+    fallback: tuple[float, Camera] | None = None
+    shy = rng.random() < 0.06  # one picture in sixteen may show no ground
+    wanted = int(rng.choice([0, 2, 4, 6, 9], p=[0.08, 0.17, 0.3, 0.3, 0.15]))
+    around = np.random.default_rng(0).normal(size=(40, 3)).astype(np.float32)
+    around /= np.linalg.norm(around, axis=1, keepdims=True)
+    for _ in range(CANDIDATES):
+        camera = _draw(scene, size, rng)
+        eye = camera.position_m.astype(np.float32)
+        below = np.array([[eye[0], eye[1], -1.0]], np.float32)
+        inside = outlines.first_hits(below, np.array([[0, 0, 1]], np.float32)).triangle[0] >= 0
+        near = solids.blocked(np.tile(eye, (40, 1)), around, np.full(40, 0.35, np.float32))
+        if inside or near.any():
+            continue
+        coarse = (max(8, size[0] // 14), max(8, size[1] // 14))
+        hits = solids.first_hits(*camera.rays(coarse))
+        depth = np.minimum(hits.distance, 30)
+        met = hits.triangle >= 0
+        things = geometry.thing[hits.triangle[met]]
+        seen = float((things == GROUND).sum() / met.size)
+        furnishing = things[(things != GROUND) & ~geometry.is_wall[hits.triangle[met]]]
+        counts = np.unique(furnishing, return_counts=True)[1]
+        kinds = int((counts > 2).sum())
+        close = float((depth < 0.6).mean())
+        quality = (
+            min(seen, 0.35) + min(kinds, 8) * 0.05 + min(len(furnishing) / met.size, 0.4) - close
+        )
+        if fallback is None or quality > fallback[0]:
+            fallback = (quality, camera)
+        good = (
+            float(np.median(depth)) > 1.2 and close < 0.2 and float(np.quantile(depth, 0.9)) > 2.2
+        )
+        if good and kinds >= wanted and (shy or 0.08 < seen < 0.75):
+            return camera
+    return fallback[1] if fallback is not None else _draw(scene, size, rng)
+
+
+def _draw(scene: Scene, size: Size, rng: np.random.Generator) -> Camera:
+    weights = np.array([p.weight for p in scene.standpoints])
+    place = scene.standpoints[int(rng.choice(len(weights), p=weights / weights.sum()))]
+    x, y = rng.uniform(place.x0, place.x1), rng.uniform(place.y0, place.y1)
+    height, pitch = _height_and_pitch(scene.kind, rng)
+    if scene.look_deg and rng.random() < 0.85:
+        heading = rng.choice(scene.look_deg) + rng.normal(0, 14)
+    else:
+        heading = rng.uniform(-180, 180)
+    roll = float(np.clip(rng.normal(0, 2), -6, 6))
+    fov = float(np.clip(rng.normal(66, 13), 45, 95))
+    hfov = fov if size[1] >= size[0] else max(40.0, fov * 0.72)
+    z = height + x * scene.slope[0] + y * scene.slope[1]
+    return Camera(
+        np.array([x, y, z]),
+        looking(np.radians(heading), np.radians(pitch), np.radians(roll)),
+        Intrinsics.from_hfov(hfov, size),
+        size,
+    )
+
+
+def _height_and_pitch(kind: Kind, rng: np.random.Generator) -> tuple[float, float]:
+    if rng.random() < 0.2:
+        return float(rng.uniform(0.5, 2.5)), float(rng.uniform(-10, 45))
+    if kind == "rooms":
+        return float(np.clip(rng.normal(1.5, 0.22), 0.6, 2.2)), float(
+            np.clip(rng.normal(14, 11), -10, 45)
+        )
+    return float(np.clip(rng.normal(1.5, 0.3), 0.7, 2.5)), float(np.clip(rng.normal(4, 6), -10, 40))

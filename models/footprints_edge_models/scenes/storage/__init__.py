@@ -1,0 +1,1 @@
+"""Scenes on disk, as samples, and as a contact sheet."""

@@ -1,0 +1,235 @@
+"""Made scenes on disk: a JPEG and an npz of 20 to 50 kB a scene, written whole or not at all.
+
+Depth is kept as 1/z, in which planes are linear, and where the ground is met as its height above
+a plane: both compress well.
+"""
+
+import io
+import json
+import zipfile
+import zlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge.errors import FootprintsError
+from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge_models.scenes.assets.textures import Split
+from footprints_edge_models.scenes.ground_truth.truth import VISIBLE_GROUND, Truth
+from footprints_edge_models.scenes.layout.scene import Scene
+from footprints_edge_models.scenes.rendering.cameras import Camera
+
+MANIFEST = "scenes.json"
+FORMAT = 1
+INVERSE_DEPTH_UNITS = 16384.0
+"""1/z is kept in units of 1/INVERSE_DEPTH_UNITS per metre: right to 0.03 % at 10 m, 0.3 % at
+100 m; nothing nearer than 0.25 m."""
+NO_GROUND = 255
+"""In place of the ground's height in millimetres, where the ray meets none."""
+
+
+class SceneFilesError(FootprintsError):
+    """A folder of made scenes is missing, damaged, or was made otherwise."""
+
+
+@dataclass(frozen=True)
+class SceneSettings:
+    """What decides every byte of a folder of scenes but how many there are.
+
+    Attributes:
+        split: train or test.
+        seed: of the set.
+        size: (H, W) of its landscape pictures.
+        textures: folders of photos, by name, and how many of their photos belong to the split.
+    """
+
+    split: Split
+    seed: int
+    size: tuple[int, int]
+    textures: tuple[tuple[str, int], ...] = ()
+
+
+@dataclass(frozen=True)
+class SceneFile:
+    """One scene as read.
+
+    Attributes:
+        name: of the scene in its folder.
+        kind: rooms or street.
+        image: uint8 (H, W, 3), RGB.
+        intrinsics: in pixels of the picture.
+        up: unit (3,), away from the ground, in camera axes.
+        truth: what is true of the picture.
+    """
+
+    name: str
+    kind: str
+    image: NDArray[np.uint8] = field(repr=False)
+    intrinsics: Intrinsics
+    up: NDArray[np.float64]
+    truth: Truth = field(repr=False)
+
+
+def scene_name(number: int) -> str:
+    """The name of a scene in its folder."""
+    return f"{number:06d}"
+
+
+def scene_names(folder: Path) -> list[str]:
+    """The scenes that are whole, in order.
+
+    Raises:
+        SceneFilesError: the folder holds no scenes.
+    """
+    read_settings(folder)
+    return sorted(path.stem for path in (folder / "truth").glob("*.npz"))
+
+
+def write_settings(folder: Path, settings: SceneSettings) -> None:
+    """Begins a folder, or makes sure that one begun before was begun likewise.
+
+    Raises:
+        SceneFilesError: it was begun with other settings.
+    """
+    if (folder / MANIFEST).is_file():
+        begun = read_settings(folder)
+        if begun != settings:
+            raise SceneFilesError(
+                f"{folder}: begun as {begun}, not as {settings}; go on with the same settings, "
+                "or give another folder"
+            )
+        return
+    for part in ("images", "truth"):
+        (folder / part).mkdir(parents=True, exist_ok=True)
+    about = {
+        "format": FORMAT,
+        "split": settings.split,
+        "seed": settings.seed,
+        "size": list(settings.size),
+        "textures": [list(entry) for entry in settings.textures],
+    }
+    write_atomically(folder / MANIFEST, (json.dumps(about, indent=1) + "\n").encode())
+
+
+def read_settings(folder: Path) -> SceneSettings:
+    """How a folder of scenes was made.
+
+    Raises:
+        SceneFilesError: it holds none, or those of another version.
+    """
+    path = folder / MANIFEST
+    try:
+        about = json.loads(path.read_text(encoding="utf-8"))
+        if about["format"] != FORMAT:
+            raise SceneFilesError(f"{path}: format {about['format']}, this version reads {FORMAT}")
+        return SceneSettings(
+            about["split"],
+            about["seed"],
+            (about["size"][0], about["size"][1]),
+            tuple((name, count) for name, count in about["textures"]),
+        )
+    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+        raise SceneFilesError(
+            f"{path}: no readable settings of made scenes ({error}); make them: fp-train scenes"
+        ) from error
+
+
+def write_scene(
+    folder: Path,
+    name: str,
+    scene: Scene,
+    camera: Camera,
+    image: NDArray[np.uint8],
+    truth: Truth,
+    quality: int,
+) -> int:
+    """Writes a scene; how many bytes it takes."""
+    normal = np.array([-scene.slope[0], -scene.slope[1], 1.0])
+    normal /= np.linalg.norm(normal)
+    up = camera.rotation.T @ normal
+    eye_m = float(normal @ camera.position_m)
+    falls = rays(camera.intrinsics, camera.size) @ up
+    met = truth.ground_depth_m > 0
+    height_m = (eye_m + truth.ground_depth_m * falls) / normal[2]
+    height_mm = np.where(met, np.clip(np.rint(height_m * 1000), 0, NO_GROUND - 1), NO_GROUND)
+    seen = (truth.visible_depth_m > 0) & (truth.bits & VISIBLE_GROUND == 0)
+    inverse = np.zeros(camera.size, np.uint16)
+    inverse[seen] = np.clip(
+        np.rint(INVERSE_DEPTH_UNITS / truth.visible_depth_m[seen]), 1, 65535
+    ).astype(np.uint16)
+    arrays: dict[str, Any] = {
+        "kind": np.array(scene.kind),
+        "intrinsics": np.array(
+            [camera.intrinsics.fx, camera.intrinsics.fy, camera.intrinsics.cx, camera.intrinsics.cy]
+        ),
+        "up": up,
+        "eye_m": np.array(eye_m),
+        "rise": np.array(normal[2]),
+        "bits": truth.bits,
+        "ground_height_mm": height_mm.astype(np.uint8),
+        "inverse_depth": np.frombuffer(_packed(inverse), np.uint8),
+    }
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    flags = [cv2.IMWRITE_JPEG_QUALITY, quality]
+    jpeg = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), flags)[1].tobytes()
+    write_atomically(folder / "images" / f"{name}.jpg", jpeg)
+    write_atomically(folder / "truth" / f"{name}.npz", buffer.getvalue())
+    return len(jpeg) + buffer.tell()
+
+
+def read_scene(folder: Path, name: str) -> SceneFile:
+    """Reads a scene.
+
+    Raises:
+        SceneFilesError: it is missing or damaged.
+    """
+    path = folder / "truth" / f"{name}.npz"
+    try:
+        with np.load(io.BytesIO(path.read_bytes())) as arrays:
+            kind, up = str(arrays["kind"]), arrays["up"]
+            camera = Intrinsics(*arrays["intrinsics"].tolist())
+            eye_m, rise = float(arrays["eye_m"]), float(arrays["rise"])
+            bits, height_mm = arrays["bits"], arrays["ground_height_mm"]
+            packed = arrays["inverse_depth"].tobytes()
+        inverse = _unpacked(packed, bits.shape)
+        encoded = np.fromfile(folder / "images" / f"{name}.jpg", np.uint8)
+        picture = cv2.imdecode(encoded, cv2.IMREAD_COLOR)
+        if picture is None or picture.shape[:2] != bits.shape:
+            raise ValueError("the picture is damaged, or not of the truth's size")
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error, cv2.error) as error:
+        raise SceneFilesError(f"{path}: no readable scene ({error}); make it again") from error
+    falls = rays(camera, bits.shape) @ up.astype(np.float32)
+    met = height_mm != NO_GROUND
+    ground_m = np.zeros(bits.shape, np.float32)
+    ground_m[met] = (height_mm[met] * np.float32(rise / 1000) - eye_m) / falls[met]
+    visible_m = np.zeros(bits.shape, np.float32)
+    seen = inverse > 0
+    visible_m[seen] = INVERSE_DEPTH_UNITS / inverse[seen]
+    is_ground = bits & VISIBLE_GROUND > 0
+    visible_m[is_ground] = ground_m[is_ground]
+    truth = Truth(bits, visible_m, ground_m)
+    return SceneFile(name, kind, cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), camera, up, truth)
+
+
+def _packed(values: NDArray[np.uint16]) -> bytes:
+    """Differences from pixel to pixel, high bytes apart from low ones, compressed."""
+    steps = values.copy()
+    steps[:, 1:] -= values[:, :-1]
+    steps[1:, 0] -= values[:-1, 0]
+    folded = (steps << 1) ^ (0 - (steps >> 15))  # small negative steps become small numbers
+    planes = np.stack([folded >> 8, folded & 255]).astype(np.uint8)
+    return zlib.compress(planes.tobytes(), 6)
+
+
+def _unpacked(packed: bytes, shape: tuple[int, ...]) -> NDArray[np.uint16]:
+    planes = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(2, *shape).astype(np.uint16)
+    folded = planes[0] << 8 | planes[1]
+    steps = (folded >> 1) ^ (0 - (folded & 1))
+    steps[:, 0] = np.cumsum(steps[:, 0], dtype=np.uint16)
+    return np.cumsum(steps, axis=1, dtype=np.uint16)

@@ -1,0 +1,81 @@
+"""The paper's ablations of the loss, trained alike and compared on what is held out."""
+
+import csv
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from footprints_edge_models.data.datasets import Dataset
+from footprints_edge_models.training.trainer import Recipe, train
+
+ABLATIONS: dict[str, dict[str, Any]] = {
+    "the paper's loss": {},
+    "without eq. 3b (untraversable pixels)": {"untraversable": False},
+    "lambda 0": {"prior": 0.0},
+    "lambda 0.5": {"prior": 0.5},
+    "lambda 1": {"prior": 1.0},
+    "without moving-object masks": {"moving": False},
+}
+"""What each leaves out or changes of a recipe."""
+
+_COLUMNS = {
+    "visible_ground_iou": "visible ground IoU",
+    "ground_iou": "ground IoU",
+    "ground_depth_abs_rel": "ground depth abs. rel.",
+    "ground_depth_a1": "ground depth a1",
+}
+
+Progress = Callable[[str, int, int, float], None]
+"""Told the ablation, its step, its steps and the loss."""
+
+
+def train_ablations(
+    datasets: dict[str, Dataset],
+    recipe: Recipe,
+    folder: Path,
+    *,
+    device: torch.device,
+    progress: Progress | None = None,
+) -> str:
+    """Trains every ablation of a recipe, each in a folder of its own, or goes on where it stopped.
+
+    Returns:
+        Markdown tables of the last validation's scores, one for each dataset.
+
+    Raises:
+        TrainingError: a folder holds a run of another recipe.
+    """
+    scores = {}
+    for name, change in ABLATIONS.items():
+        run = folder / "".join(c if c.isalnum() else "-" for c in name.lower()).strip("-")
+
+        def report(step: int, steps: int, loss: float, name: str = name) -> None:
+            if progress is not None:
+                progress(name, step, steps, loss)
+
+        train(datasets, replace(recipe, **change), run, device=device, progress=report)
+        scores[name] = _last_scores(run / "validation.csv")
+    return "\n".join(_table(dataset, scores) for dataset in next(iter(scores.values())))
+
+
+def _last_scores(path: Path) -> dict[str, dict[str, str]]:
+    """Scores by dataset and column."""
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {row["dataset"]: row for row in rows if row["step"] == rows[-1]["step"]}
+
+
+def _table(dataset: str, scores: dict[str, dict[str, dict[str, str]]]) -> str:
+    shown = [c for c in _COLUMNS if scores[next(iter(scores))][dataset][c] != "nan"]
+    lines = [
+        f"### {dataset}\n",
+        f"| | {' | '.join(_COLUMNS[column] for column in shown)} |",
+        f"| --- |{' ---: |' * len(shown)}",
+    ]
+    for name, found in scores.items():
+        values = (f"{float(found[dataset][column]):.3f}" for column in shown)
+        lines.append(f"| {name} | {' | '.join(values)} |")
+    return "\n".join([*lines, ""])

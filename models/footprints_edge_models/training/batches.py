@@ -1,0 +1,77 @@
+"""Batches that depend on the seed and the step alone: a resumed run sees what it would have.
+
+Worker threads prepare batches ahead; OpenCV and numpy release the interpreter lock.
+"""
+
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import fields
+
+import numpy as np
+import torch
+
+from footprints_edge_models.data.augmentation import View, render
+from footprints_edge_models.data.datasets import Dataset
+from footprints_edge_models.networks.edge import focal_px_at
+from footprints_edge_models.training.losses import Targets
+
+Batch = tuple[torch.Tensor, Targets]
+"""RGB float32 (B, 3, h, w) in [0, 1], and what is known of it."""
+
+
+def view_size(size: tuple[int, int], rng: np.random.Generator) -> tuple[int, int]:
+    """Landscape as asked for, portrait one time in five, square one time in seven or so."""
+    dice = rng.random()
+    if dice < 0.2:
+        return size[1], size[0]
+    if dice < 0.35:
+        side = round((size[0] * size[1]) ** 0.5 / 32) * 32
+        return side, side
+    return size
+
+
+def stack(views: list[View]) -> Batch:
+    """Views of one size to a batch."""
+    images = torch.from_numpy(np.stack([view.image for view in views]))
+    targets = {
+        field.name: torch.from_numpy(np.stack([getattr(view, field.name) for view in views]))
+        for field in fields(Targets)
+    }
+    return images.permute(0, 3, 1, 2).float() / 255, Targets(**targets)
+
+
+def make_batch(
+    datasets: dict[str, Dataset], size: tuple[int, int], count: int, seed: int, step: int
+) -> Batch:
+    """The batch of one step: each picture's dataset drawn by share, all views of one size."""
+    rng = np.random.default_rng((seed, step))
+    filled = [dataset for dataset in datasets.values() if dataset.train]
+    shares = np.array([dataset.share for dataset in filled])
+    focal_px = focal_px_at(size)
+    size = view_size(size, rng)
+    views = []
+    for choice in rng.choice(len(filled), count, p=shares / shares.sum()):
+        samples = filled[choice].train
+        views.append(render(samples[rng.integers(len(samples))], size, rng, focal_px))
+    return stack(views)
+
+
+def batches(
+    datasets: dict[str, Dataset],
+    sizes: list[tuple[int, int]],
+    count: int,
+    seed: int,
+    start: int,
+    ahead: int = 4,
+) -> Iterator[Batch]:
+    """The batches of steps ``start`` to the last, ``sizes`` holding one base size a step."""
+    queue: deque[Future[Batch]] = deque()
+    steps = iter(range(start, len(sizes)))
+    with ThreadPoolExecutor(2, thread_name_prefix="batches") as pool:
+        while True:
+            while len(queue) < ahead and (step := next(steps, None)) is not None:
+                queue.append(pool.submit(make_batch, datasets, sizes[step], count, seed, step))
+            if not queue:
+                return
+            yield queue.popleft().result()

@@ -1,0 +1,155 @@
+"""Labels on disk: ``labels.json`` says what made them, and each frame has a file of its own.
+
+A frame's file appears whole or not at all, so a frame is done exactly when its file reads.
+"""
+
+import io
+import json
+import zlib
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from PIL import Image
+
+from footprints_edge.errors import FootprintsError
+from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge.foundation.version import __version__
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import decode
+from footprints_edge_models.sequences.sequence import Sequence
+from footprints_edge_models.video_labels.labeller import FrameLabels, LabelSettings
+
+ABOUT = "labels.json"
+_FORMAT = 1
+_JPEG_QUALITY = 95
+
+
+class LabelFilesError(FootprintsError):
+    """A folder of labels belongs to another job, or one of its files is missing or damaged."""
+
+
+def frame_path(folder: Path, name: str) -> Path:
+    """Where the labels of a frame are."""
+    return folder / "frames" / f"{name}.npz"
+
+
+def claim(folder: Path, sequence: Sequence, settings: LabelSettings) -> None:
+    """Makes the folder this job's, or finds that it is.
+
+    Raises:
+        LabelFilesError: it holds labels of another sequence, or made with other settings.
+    """
+    path = folder / ABOUT
+    about = {
+        "format": _FORMAT,
+        "sequence": sequence.name,
+        "neighbours": {"kind": type(sequence.neighbours).__name__, **asdict(sequence.neighbours)},
+        "least_hits": sequence.least_hits,
+        "settings": asdict(settings),
+    }
+    about = json.loads(json.dumps(about, default=str))  # tuples and paths as JSON knows them
+    if not path.exists():
+        made_with = {name: version(name) for name in ("numpy", "opencv-python-headless", "pillow")}
+        about["made_with"] = {"footprints-edge": __version__, **made_with}
+        write_atomically(path, (json.dumps(about, indent=2) + "\n").encode())
+        return
+    there = read_about(folder)
+    for key, value in _flat(about).items():
+        before = _flat(there).get(key)
+        if before != value:
+            raise LabelFilesError(
+                f"{folder} holds labels with {key} = {json.dumps(before)}, now it is "
+                f"{json.dumps(value)}; choose another folder, or the options of then to go on"
+            )
+
+
+def read_about(folder: Path) -> dict[str, Any]:
+    """What ``labels.json`` says.
+
+    Raises:
+        LabelFilesError: it is missing, damaged, or of another format.
+    """
+    path = folder / ABOUT
+    try:
+        about = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise LabelFilesError(f"{path}: not readable ({error})") from error
+    if not isinstance(about, dict) or about.get("format") != _FORMAT:
+        raise LabelFilesError(
+            f"{path}: not of the format that this version writes ({_FORMAT}); make the labels anew "
+            "in another folder"
+        )
+    return about
+
+
+def write_frame(folder: Path, labels: FrameLabels) -> None:
+    """Writes the labels of a frame, whole or not at all.
+
+    Depths and probability are float16, right to 0.05 %; the picture is JPEG of quality 95.
+    """
+    camera = labels.intrinsics
+    picture, data = io.BytesIO(), io.BytesIO()
+    Image.fromarray(labels.image).save(picture, "JPEG", quality=_JPEG_QUALITY, subsampling=0)
+    np.savez_compressed(
+        data,
+        image=np.frombuffer(picture.getvalue(), np.uint8),
+        intrinsics=np.array([camera.fx, camera.fy, camera.cx, camera.cy]),
+        ground_probability=labels.ground_probability.astype(np.float16),
+        visible_depth_m=labels.visible_depth_m.astype(np.float16),
+        ground_depth_m=labels.ground_depth_m.astype(np.float16),
+        untraversable=labels.untraversable,
+        moving=labels.moving,
+    )
+    write_atomically(frame_path(folder, labels.name), data.getvalue())
+
+
+def read_frame(folder: Path, name: str) -> FrameLabels:
+    """The labels of a frame.
+
+    Raises:
+        LabelFilesError: they are missing or damaged.
+    """
+    path = frame_path(folder, name)
+    try:
+        with np.load(path) as arrays:
+            return FrameLabels(
+                name,
+                decode(arrays["image"].tobytes()).rgb,
+                Intrinsics(*arrays["intrinsics"].tolist()),
+                arrays["ground_probability"].astype(np.float32),
+                arrays["visible_depth_m"].astype(np.float32),
+                arrays["ground_depth_m"].astype(np.float32),
+                arrays["untraversable"],
+                arrays["moving"],
+            )
+    except (
+        OSError, KeyError, ValueError, TypeError, EOFError, BadZipFile, zlib.error, FootprintsError
+    ) as error:  # fmt: skip
+        raise LabelFilesError(f"{path}: no readable labels ({error})") from error
+
+
+def frame_names(folder: Path) -> list[str]:
+    """The frames that have a file, sorted."""
+    frames = folder / "frames"
+    return sorted(p.relative_to(frames).with_suffix("").as_posix() for p in frames.rglob("*.npz"))
+
+
+def remove_fragments(folder: Path) -> None:
+    """Removes what a killed process left half written."""
+    for path in folder.rglob(".*.part"):
+        path.unlink(missing_ok=True)
+
+
+def _flat(values: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Nested keys joined by dots, so that a message can name the one that differs."""
+    flat: dict[str, Any] = {}
+    for key, value in values.items():
+        if isinstance(value, dict):
+            flat |= _flat(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = value
+    return flat

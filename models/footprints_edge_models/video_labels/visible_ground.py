@@ -1,0 +1,138 @@
+"""Where the labels' visible ground comes from: files, depth, the ground teacher, or a model.
+
+Each is a function from a frame to the probability that a pixel shows walkable ground, float32
+(h, w) at a size of its own.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge.inputs.images import decode
+from footprints_edge_models.mapping.floor_map import fit_floor, ground_by_depth
+from footprints_edge_models.sample import NO, UNKNOWN, YES
+from footprints_edge_models.sequences.folders import WALKABLE
+from footprints_edge_models.sequences.sequence import Sequence, SequenceError, SequenceFrame
+
+GroundFrom: TypeAlias = Literal["given", "depth", "teacher", "model"]
+"""The frame's own label file; the floor plane in the clip's depth; a TFLite segmenter of ADE20K;
+channel 0 of a model of ours."""
+
+UNDECIDED = 0.6
+"""Neither ground to warp (above 0.75) nor a thing to walk into (below 0.5)."""
+
+GroundReader: TypeAlias = Callable[[SequenceFrame], NDArray[np.float32]]
+
+
+def ground_reader(sequence: Sequence, ground: GroundFrom, source: str | None) -> GroundReader:
+    """The function that reads the visible ground of a sequence's frames.
+
+    Args:
+        sequence: whose frames.
+        ground: from where.
+        source: the teacher's file, or the model's file or name (None for the default model).
+    """
+    if ground == "depth":
+        return ground_on_floor(sequence)
+    if ground == "teacher":
+        if source is None:
+            raise SequenceError("ground from a teacher needs its .tflite file")
+        return teacher_ground(Path(source))
+    if ground == "model":
+        return model_ground(source)
+    if all(frame.ground is None for frame in sequence.frames):
+        raise SequenceError(
+            f"{sequence.name} comes without ground segmentations; take the ground from 'depth', "
+            "'teacher' or 'model'"
+        )
+    return given_ground
+
+
+def given_ground(frame: SequenceFrame) -> NDArray[np.float32]:
+    """The probability that comes with the frame.
+
+    Raises:
+        SequenceError: None does.
+    """
+    if frame.ground is None:
+        raise SequenceError(
+            f"{frame.name} comes without a ground segmentation; take it from "
+            "'depth', 'teacher' or 'model'"
+        )
+    return frame.ground.read()
+
+
+def ground_on_floor(sequence: Sequence, every: int = 4) -> GroundReader:
+    """Ground is what lies on the clip's floor plane, for level floors and measured depth.
+
+    Args:
+        sequence: whose ``every``-th frames give the plane.
+        every: frames between two that are read for it.
+
+    Raises:
+        SequenceError: Nobody knows which way is up in the sequence.
+    """
+    if sequence.up is None:
+        raise SequenceError(
+            f"{sequence.name}: a floor cannot be found in the depth where nobody knows which way "
+            "is up; take the ground from 'given', 'teacher' or 'model'"
+        )
+    plane = fit_floor(
+        (frame.measured() for frame in sequence.frames[::every]), np.array(sequence.up)
+    )
+
+    def read(frame: SequenceFrame) -> NDArray[np.float32]:
+        labels = ground_by_depth(frame.measured(), plane)
+        probability = np.zeros(256, np.float32)
+        probability[[NO, YES, UNKNOWN]] = 0, 1, UNDECIDED
+        return probability[labels]
+
+    return read
+
+
+def teacher_ground(path: Path) -> GroundReader:
+    """Ground as an image segmenter in TFLite form sees it: class ids of ADE20K, square input.
+
+    Args:
+        path: the .tflite file: uint8 (1, S, S, 3) RGB in, class ids (1, S, S) out.
+    """
+    from ai_edge_litert.interpreter import Interpreter
+
+    if not path.is_file():
+        raise SequenceError(f"{path}: no such file; the teacher is a segmenter in TFLite form")
+    interpreter = Interpreter(model_path=str(path), num_threads=1)
+    interpreter.allocate_tensors()
+    given, wanted = interpreter.get_input_details()[0], interpreter.get_output_details()[0]
+    height, width = given["shape"][1:3]
+
+    def read(frame: SequenceFrame) -> NDArray[np.float32]:
+        image = decode(frame.image).rgb
+        resized = cv2.resize(image, (int(width), int(height)), interpolation=cv2.INTER_AREA)
+        interpreter.set_tensor(given["index"], resized[None])
+        interpreter.invoke()
+        ids = interpreter.get_tensor(wanted["index"])[0]
+        return np.isin(ids, WALKABLE).astype(np.float32)
+
+    return read
+
+
+def model_ground(name: str | None) -> GroundReader:
+    """Ground as one of our own models sees it (channel 0).
+
+    Args:
+        name: a file or a registered name; None for the default model.
+    """
+    from footprints_edge.model import load
+
+    model = load(name, threads=1)
+
+    def read(frame: SequenceFrame) -> NDArray[np.float32]:
+        rgb = decode(frame.image).rgb
+        prediction = model.predict(rgb, intrinsics=frame.intrinsics, flatten=False)
+        return prediction.visible_ground_probability
+
+    return read

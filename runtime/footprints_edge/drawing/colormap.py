@@ -1,0 +1,95 @@
+"""The one colour scale of distance: the same colour is the same number of metres in every picture.
+
+The scale is logarithmic from 0.5 m to 20 m, the band in which hidden depths are evaluated, and runs
+from pale yellow (near) over red to indigo (far). It is a path through Oklab, walked at constant
+speed: equal ratios of distance look equally different, and lightness falls all the way, so that the
+order survives grey printing and colour blindness.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge.foundation.types import Floats, Rgb
+
+NEAREST_M = 0.5
+FARTHEST_M = 20.0
+
+PAPER = (22, 24, 31)
+"""Behind legends and captions."""
+
+_STEPS = 256
+# (lightness, chroma, hue in degrees) in Oklab's polar form; all inside sRGB
+_NEAR, _MIDDLE, _FAR = (0.94, 0.09, 98.0), (0.64, 0.183, 25.0), (0.33, 0.145, -75.0)
+
+# Björn Ottosson, "A perceptual color space for image processing" (2020)
+_LAB_TO_LMS = np.array(
+    [
+        [1.0, 0.3963377774, 0.2158037573],
+        [1.0, -0.1055613458, -0.0638541728],
+        [1.0, -0.0894841775, -1.2914855480],
+    ]
+)
+_LMS_TO_LINEAR_RGB = np.array(
+    [
+        [4.0767416621, -3.3077115913, 0.2309699292],
+        [-1.2684380046, 2.6097574011, -0.3413193965],
+        [-0.0041960863, -0.7034186147, 1.7076147010],
+    ]
+)
+
+
+def colours_of(depth_m: Floats) -> Rgb:
+    """The colour of each distance; beyond the ends of the scale, the end's colour.
+
+    Args:
+        depth_m: Metres, any shape; NaN counts as far.
+
+    Returns:
+        uint8, the shape of `depth_m` plus (3,).
+    """
+    colours: Rgb = colour_scale()[scale_position(depth_m)]
+    return colours
+
+
+def scale_position(depth_m: Floats) -> NDArray[np.intp]:
+    """The index of each distance in `colour_scale`."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        fraction = np.log(depth_m / NEAREST_M) / np.log(FARTHEST_M / NEAREST_M)
+    fraction = np.nan_to_num(fraction, nan=1.0)
+    position: NDArray[np.intp] = np.rint(np.clip(fraction, 0, 1) * (_STEPS - 1)).astype(np.intp)
+    return position
+
+
+@lru_cache(maxsize=1)
+def colour_scale() -> Rgb:
+    """uint8 (256, 3): the scale from `NEAREST_M` to `FARTHEST_M`, in equal ratios of distance."""
+    lab = scale_in_oklab()
+    linear = ((lab @ _LAB_TO_LMS.T) ** 3) @ _LMS_TO_LINEAR_RGB.T
+    linear = np.clip(linear, 0, 1)
+    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    scale: Rgb = np.rint(255 * srgb).astype(np.uint8)
+    scale.setflags(write=False)
+    return scale
+
+
+def scale_in_oklab() -> NDArray[np.float64]:
+    """float64 (256, 3): the scale as Oklab (L, a, b), equally far apart from step to step."""
+    fine = np.linspace(0, 1, 64 * _STEPS)
+    lightness, chroma, hue_deg = (
+        _through(fine, *values) for values in zip(_NEAR, _MIDDLE, _FAR, strict=True)
+    )
+    hue = np.radians(hue_deg)
+    path = np.stack([lightness, chroma * np.cos(hue), chroma * np.sin(hue)], axis=1)
+    walked = np.concatenate([[0.0], np.linalg.norm(np.diff(path, axis=0), axis=1).cumsum()])
+    even = np.linspace(0, walked[-1], _STEPS)
+    return np.stack([np.interp(even, walked, path[:, i]) for i in range(3)], axis=1)
+
+
+def _through(
+    fraction: NDArray[np.float64], start: float, middle: float, end: float
+) -> NDArray[np.float64]:
+    """The parabola from `start` over `middle` (at one half) to `end`."""
+    bend = 4 * middle - 2 * (start + end)
+    return start + (end - start) * fraction + bend * fraction * (1 - fraction)

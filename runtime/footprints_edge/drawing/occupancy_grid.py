@@ -1,0 +1,107 @@
+"""The ground from above as a picture for people, in the colours of the overlay."""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from footprints_edge.drawing.colormap import PAPER, colours_of
+from footprints_edge.errors import GroundPlaneError
+from footprints_edge.foundation.png import encode_png
+from footprints_edge.navigation.occupancy_grid import (
+    HIDDEN,
+    OCCUPIED,
+    UNKNOWN,
+    VISIBLE,
+    OccupancyGrid,
+)
+from footprints_edge.prediction import Prediction
+
+HEIGHT_PX = 720
+"""Of a picture in a file of its own."""
+
+PANEL_RANGE_M = 10.0
+"""How far ahead the panel beside an overlay reaches."""
+
+_PANEL_CELL_M = 0.1
+_RINGS_M = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0)
+_UNKNOWN, _OCCUPIED, _WHITE = (44, 48, 58), (8, 9, 13), (255, 255, 255)
+_FAINT = (128, 134, 146)
+
+
+def encode_top_down(grid: OccupancyGrid) -> bytes:
+    """PNG of `draw_top_down`."""
+    return encode_png(draw_top_down(grid.cells, grid.cell_m, HEIGHT_PX))
+
+
+def draw_top_down(
+    cells: NDArray[np.uint8], cell_m: float, height_px: int, *, square: bool = False
+) -> Image.Image:
+    """Draws a grid: forward is up, left is left, the camera is in the middle of the lower border.
+
+    Visible ground is solid in the colour of its distance, hidden ground hatched, obstacles black,
+    what is not known grey; rings mark round distances from the camera.
+
+    Args:
+        cells: uint8 (rows, columns), see `OccupancyGrid`.
+        cell_m: Side of a cell, metres.
+        height_px: Of the picture.
+        square: Whether as much is cut off at both sides as makes it as wide as high.
+    """
+    rows, columns = cells.shape
+    if square:
+        cut = (columns - rows) // 2
+        cells, columns = cells[:, cut : cut + rows], rows
+    width_px = round(height_px * columns / rows)
+    place = np.arange(height_px) * rows // height_px, np.arange(width_px) * columns // width_px
+    large = cells[np.ix_(*place)]
+    ground = _ground_colours(height_px, width_px, rows * cell_m)
+    picture = np.empty((height_px, width_px, 3), np.uint8)
+    picture[:] = _UNKNOWN
+    picture[large == OCCUPIED] = _OCCUPIED
+    visible, hidden = large == VISIBLE, large == HIDDEN
+    picture[visible] = ground[visible]
+    across = np.add.outer(np.arange(height_px), np.arange(width_px))
+    stripe_px = max(2, height_px // 120)
+    stripes = across % (3 * stripe_px) < 1.5 * stripe_px
+    picture[hidden] = np.where(stripes[..., None], ground, np.uint8(70))[hidden]
+    image = Image.fromarray(picture)
+    _mark(image, rows * cell_m)
+    return image
+
+
+def draw_panel(prediction: Prediction, height_px: int) -> Image.Image:
+    """What is within `PANEL_RANGE_M` ahead, as wide as high; empty where there is no plane."""
+    try:
+        cells = prediction.top_down(_PANEL_CELL_M, PANEL_RANGE_M).cells
+    except GroundPlaneError:
+        rows = round(PANEL_RANGE_M / _PANEL_CELL_M)
+        cells = np.full((rows, 2 * rows), UNKNOWN, np.uint8)
+    return draw_top_down(cells, _PANEL_CELL_M, height_px, square=True)
+
+
+@lru_cache(maxsize=4)
+def _ground_colours(height_px: int, width_px: int, range_m: float) -> NDArray[np.uint8]:
+    """uint8 (height, width, 3): the colour of each place's distance from the camera."""
+    metres_per_px = range_m / height_px
+    ahead = (height_px - np.arange(height_px) - 0.5)[:, None] * metres_per_px
+    aside = (np.arange(width_px) + 0.5 - width_px / 2) * metres_per_px
+    return colours_of(np.hypot(ahead, aside).astype(np.float32))
+
+
+def _mark(image: Image.Image, range_m: float) -> None:
+    """Rings of round distances with their metres, and the camera."""
+    draw = ImageDraw.Draw(image)
+    px_per_m = image.height / range_m
+    letter_px = max(10, image.height // 32)
+    font = ImageFont.load_default(letter_px)
+    x, y = image.width / 2, image.height
+    for ring_m in _RINGS_M:
+        radius = ring_m * px_per_m
+        if letter_px * 2.5 < radius <= image.height:
+            draw.arc((x - radius, y - radius, x + radius, y + radius), 180, 360, _FAINT)
+            at = (x + 0.3 * letter_px, y - radius + 0.15 * letter_px)
+            draw.text(at, f"{ring_m:g} m", _WHITE, font, stroke_width=1, stroke_fill=PAPER)
+    side = 0.6 * letter_px
+    draw.polygon([(x - side, y), (x + side, y), (x, y - 1.6 * side)], _WHITE, PAPER)

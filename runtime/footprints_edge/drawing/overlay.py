@@ -1,0 +1,286 @@
+"""The picture for people: ground tinted by distance, hidden ground hatched, a legend below."""
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFilter, ImageFont
+
+from footprints_edge.drawing.blending import INK, WHITE, blurred_edge_px, hatch, inside, paint
+from footprints_edge.drawing.colormap import FARTHEST_M, PAPER, colour_scale, scale_position
+from footprints_edge.foundation.png import encode_png
+from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
+from footprints_edge.prediction import Prediction, resized
+
+LONGEST_PX = 1920
+"""Longer pictures are drawn at this size; the maps themselves have far fewer pixels."""
+
+NARROWEST_PX = 480
+"""Narrower pictures are enlarged to this: lines and letters need the room."""
+
+TICKS_M = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0)
+
+_RIPPLE_PX = 12  # of the maps
+
+_GREY = np.array([0.299, 0.587, 0.114], np.float32)
+
+_BAND_PX = 64  # so many rows are painted at once: they fit the processor's cache
+
+LEGEND_PX = 300
+"""A tower of a picture gets margins rather than a legend that is cut off."""
+
+
+_LETTERS, _FAINT = (255, 255, 255), (170, 176, 188)
+
+
+def encode_overlay(prediction: Prediction, *, top_down: bool = False) -> bytes:
+    """PNG of `draw_overlay`."""
+    return encode_png(draw_overlay(prediction, top_down=top_down))
+
+
+def draw_overlay(prediction: Prediction, *, top_down: bool = False) -> Image.Image:
+    """Draws a prediction on its picture.
+
+    Visible ground is a solid tint, hidden ground a hatching in the colour of its distance, both
+    outlined; thin lines mark round distances. The legend has a strip of its own below.
+
+    Args:
+        prediction: What to draw.
+        top_down: Whether the ground seen from above stands beside the picture; it stays empty
+            where there is too little ground for a plane.
+
+    Returns:
+        RGB image: the picture's size within `NARROWEST_PX` and `LONGEST_PX`, plus the legend, and
+        the panel as wide as the picture and the legend are high.
+    """
+    size = _canvas_size(prediction.image_size)
+    pen_px = max(1.0, max(size) / 700)
+    blur_px = max(2 * pen_px, 0.5 * max(size) / max(prediction.map_size))
+    photo = Image.fromarray(prediction.picture.at_least(size)).resize(
+        (size[1], size[0]), Image.Resampling.LANCZOS, reducing_gap=2.0
+    )
+    # Lines follow every ripple of a depth; those of the ground's broad shape can be read.
+    inverse_depth = np.reciprocal(prediction.unmasked_ground_depth_m)
+    broad = resized(_broad(inverse_depth), size)
+    visible, ground = (
+        resized(probability, size) > prediction.threshold
+        for probability in (prediction.visible_ground_probability, prediction.ground_probability)
+    )
+    pixels = np.array(photo)
+    _paint_ground(
+        pixels, visible, ground & ~visible, resized(inverse_depth, size), broad, pen_px, blur_px
+    )
+    picture = Image.fromarray(pixels)
+    _label_isolines(picture, broad, ground | visible)
+    drawn = _stacked(picture, draw_legend(max(picture.width, LEGEND_PX), picture.height))
+    if not top_down:
+        return drawn
+    from footprints_edge.drawing.occupancy_grid import draw_panel
+
+    both = Image.new("RGB", (drawn.width + drawn.height, drawn.height))
+    both.paste(drawn, (0, 0))
+    both.paste(draw_panel(prediction, drawn.height), (drawn.width, 0))
+    return both
+
+
+def _canvas_size(image_size: Size) -> Size:
+    height, width = image_size
+    scale = min(max(1.0, NARROWEST_PX / width), LONGEST_PX / max(height, width))
+    # At least two rows and columns: lines of equal distance come from differences.
+    return max(2, round(height * scale)), max(2, round(width * scale))
+
+
+def _paint_ground(
+    pixels: Rgb,
+    visible: Mask,
+    hidden: Mask,
+    inverse_depth: Floats,
+    broad: Floats,
+    pen_px: float,
+    blur_px: float,
+) -> None:
+    """Paints the ground, its outlines and its lines of equal distance.
+
+    Args:
+        pixels: uint8 (H, W, 3), changed in place.
+        visible: Bool (H, W).
+        hidden: Bool (H, W).
+        inverse_depth: float32 (H, W), the inverse depth that the colours are of.
+        broad: float32 (H, W), the inverse depth that the lines are of.
+        pen_px: Width of a line.
+        blur_px: How much the masks' outlines are smoothed.
+    """
+    height, width = visible.shape
+    distance_of_px = blurred_edge_px(blur_px)
+    is_near = distance_of_px > -(1.6 * pen_px + 0.5)
+    levels = [_blurred(mask, blur_px) for mask in (visible, hidden)]
+    colours = colour_scale().T.astype(np.float32)
+    for top in range(0, height, _BAND_PX):
+        rows = slice(top, top + _BAND_PX)
+        seen, behind = (level[rows].ravel() for level in levels)
+        where = np.flatnonzero(is_near[np.maximum(seen, behind)])
+        if not where.size:
+            continue
+        band = pixels[rows].reshape(-1, 3)
+        under = band.take(where, axis=0).T.astype(np.float32, order="C")
+        visible_px, hidden_px = (distance_of_px.take(level.take(where)) for level in (seen, behind))
+        depth_m = np.reciprocal(inverse_depth[rows].take(where))
+        tint = colours.take(scale_position(depth_m), axis=1)
+        grey = _GREY @ under
+        paint(under, 0.62 * tint + 0.38 * grey, inside(visible_px))
+        if (hidden_px > -0.5).any():
+            diagonal_px = (top + where // width + where % width).astype(np.float32)
+            hatch(under, tint, inside(hidden_px), diagonal_px, pen_px)
+        anywhere = inside(np.maximum(visible_px, hidden_px))
+        lines = _isolines(broad, rows, pen_px).take(where)
+        paint(under, WHITE, 0.5 * anywhere * lines)
+        for distance_px in (hidden_px, visible_px):
+            edge_px = np.abs(distance_px)
+            paint(under, INK, 0.5 * inside(np.float32(1.6 * pen_px) - edge_px))
+            paint(under, WHITE, inside(np.float32(0.7 * pen_px) - edge_px))
+        band[where] = np.rint(under).astype(np.uint8).T
+
+
+def _blurred(mask: Mask, blur_px: float) -> NDArray[np.uint8]:
+    """Levels (H, W) from 0 outside to 255 inside."""
+    image = Image.fromarray(np.where(mask, np.uint8(255), np.uint8(0)))
+    return np.asarray(image.filter(ImageFilter.GaussianBlur(blur_px)))
+
+
+def _broad(inverse_depth: Floats) -> Floats:
+    """The inverse depth without its ripples: a moving mean, which keeps planes planes."""
+    inverse_depth = inverse_depth.astype(np.float64)
+    for axis in (0, 1, 0, 1):
+        reach = min(_RIPPLE_PX, inverse_depth.shape[axis] - 1)
+        around = [(reach, reach) if axis == each else (0, 0) for each in (0, 1)]
+        # an odd reflection goes on as the slope does: no flat rim at the picture's border
+        padded = np.pad(inverse_depth, around, mode="reflect", reflect_type="odd")
+        before = [(1, 0) if axis == each else (0, 0) for each in (0, 1)]
+        sums = np.moveaxis(np.pad(padded.cumsum(axis), before), axis, 0)
+        window = 2 * reach + 1
+        inverse_depth = np.moveaxis((sums[window:] - sums[:-window]) / window, 0, axis)
+    return np.maximum(inverse_depth, 1e-3).astype(np.float32)
+
+
+def _isolines(inverse_depth: Floats, rows: slice, pen_px: float) -> Floats:
+    """Lines of equal distance at the legend's ticks, as coverage from 0 to 1, of some rows."""
+    first = max(0, rows.start - 1)  # a slope needs the neighbours
+    inverse_depth = inverse_depth[first : rows.stop + 1]
+    down, right = np.gradient(inverse_depth)  # affine on a plane: even and well-behaved
+    steepness = np.sqrt(down * down + right * right) + np.float32(1e-9)
+    away = np.full_like(inverse_depth, np.inf)
+    for tick_m in TICKS_M:
+        np.minimum(away, np.abs(inverse_depth - np.float32(1 / tick_m)), out=away)
+    lines = inside(np.float32(0.5 * pen_px) - away / steepness)
+    return lines[rows.start - first :][: rows.stop - rows.start]
+
+
+def _label_isolines(picture: Image.Image, inverse_depth: Floats, ground: Mask) -> None:
+    """Writes the distance on every line that is long enough to carry it."""
+    height, width = ground.shape
+    font = ImageFont.load_default(max(11, round(max(height, width) / 80)))
+    draw = ImageDraw.Draw(picture)
+    taken: list[tuple[float, float, float, float]] = []
+    passed = np.zeros(inverse_depth.shape, np.uint8)
+    for tick_m in TICKS_M:
+        passed += inverse_depth <= 1 / tick_m
+    crossings = np.nonzero((passed[:-1] > passed[1:]) & ground[:-1] & ground[1:])
+    above, below = passed[:-1][crossings], passed[1:][crossings]
+    for index, tick_m in enumerate(TICKS_M):
+        rows, columns = (places[(above > index) & (below <= index)] for places in crossings)
+        text = f"{tick_m:g} m"
+        left, top, right, bottom = draw.textbbox((0, 0), text, font, anchor="mm")
+        if len(columns) < 3 * (right - left):
+            continue
+        at = np.argsort(columns)[len(columns) // 2]
+        x, y = int(columns[at]), int(rows[at])
+        pad = 0.3 * (bottom - top)
+        box = (x + left - 2 * pad, y + top - pad, x + right + 2 * pad, y + bottom + pad)
+        fits = box[0] >= 0 and box[1] >= 0 and box[2] < width and box[3] < height
+        if not fits or any(_overlap(box, other) for other in taken):
+            continue
+        taken.append(box)
+        pill = _pill(round(box[2] - box[0]), round(box[3] - box[1]))
+        picture.paste(PAPER, (round(box[0]), round(box[1])), pill)
+        draw.text((x, y), text, _LETTERS, font, anchor="mm")
+
+
+def _pill(width: int, height: int) -> Image.Image:
+    """The mask of a label: a box with round ends, antialiased."""
+    fine = Image.new("L", (4 * width, 4 * height))
+    ImageDraw.Draw(fine).rounded_rectangle(
+        (0, 0, 4 * width - 1, 4 * height - 1), radius=2 * height, fill=255
+    )
+    return fine.resize((width, height), Image.Resampling.BOX)
+
+
+def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def draw_legend(width: int, height: int) -> Image.Image:
+    """The strip below the picture: a swatch for each kind of ground, and the colour scale."""
+    letter = max(11, round(min(width / 42, max(width, height) / 62)))
+    font = ImageFont.load_default(letter)
+    margin = round(1.4 * letter)
+    swatches = _swatches(letter, font)
+    one_row = width >= swatches.width + 22 * letter + 3 * margin
+    bar_width = width - 2 * margin - (swatches.width + 2 * margin if one_row else 0)
+    bar = _bar(bar_width, letter, font)
+    rows = max(swatches.height, bar.height) if one_row else swatches.height + bar.height + letter
+    strip = Image.new("RGB", (width, rows + 2 * letter), PAPER)
+    if one_row:
+        strip.paste(swatches, (margin, letter + (rows - swatches.height) // 2))
+        strip.paste(bar, (width - margin - bar.width, letter + (rows - bar.height) // 2))
+    else:
+        strip.paste(swatches, (margin, letter))
+        strip.paste(bar, (margin, letter + swatches.height + letter))
+    return strip
+
+
+def _swatches(letter: int, font: ImageFont.ImageFont | ImageFont.FreeTypeFont) -> Image.Image:
+    side, gap = round(1.7 * letter), round(0.6 * letter)
+    words = ("visible ground", "hidden ground")
+    lengths = [round(font.getbbox(word)[2]) for word in words]
+    between = round(1.8 * letter)
+    strip = Image.new("RGB", (2 * (side + gap) + sum(lengths) + between, side), PAPER)
+    draw = ImageDraw.Draw(strip)
+    colour = np.repeat(colour_scale()[110].astype(np.float32)[:, None], side * side, axis=1)
+    hatched = np.full_like(colour, 110)
+    diagonal_px = np.add.outer(np.arange(side), np.arange(side)).astype(np.float32).ravel()
+    hatch(hatched, colour, np.ones_like(diagonal_px), diagonal_px, letter / 14)
+    line = max(1, letter // 10)
+    x = 0
+    for word, length, tile in zip(words, lengths, (colour, hatched), strict=True):
+        square = np.rint(tile.T).astype(np.uint8).reshape(side, side, 3)
+        strip.paste(Image.fromarray(square), (x, 0))
+        draw.rectangle((x, 0, x + side - 1, side - 1), outline=_LETTERS, width=line)
+        draw.text((x + side + gap, side / 2), word, _LETTERS, font, anchor="lm")
+        x += side + gap + length + between
+    return strip
+
+
+def _bar(
+    width: int, letter: int, font: ImageFont.ImageFont | ImageFont.FreeTypeFont
+) -> Image.Image:
+    """The colour scale with its ticks in metres."""
+    bar_height, tick = round(0.9 * letter), max(2, round(0.35 * letter))
+    side = round(1.6 * letter)  # half a label hangs over each end
+    span = max(2, width - 2 * side)
+    strip = Image.new("RGB", (width, bar_height + tick + round(1.6 * letter)), PAPER)
+    index = np.rint(np.linspace(0, len(colour_scale()) - 1, span)).astype(int)
+    strip.paste(Image.fromarray(np.repeat(colour_scale()[index][None], bar_height, 0)), (side, 0))
+    draw = ImageDraw.Draw(strip)
+    positions = scale_position(np.array(TICKS_M, np.float32))
+    for tick_m, position in zip(TICKS_M, positions, strict=True):
+        x = side + round(float(position) / (len(colour_scale()) - 1) * (span - 1))
+        draw.line((x, bar_height, x, bar_height + tick), _FAINT, max(1, letter // 12))
+        more = "+" if tick_m == FARTHEST_M else ""
+        text = f"{tick_m:g}{more} m"
+        draw.text((x, bar_height + tick + 0.3 * letter), text, _FAINT, font, anchor="mt")
+    return strip
+
+
+def _stacked(above: Image.Image, below: Image.Image) -> Image.Image:
+    stack = Image.new("RGB", (below.width, above.height + below.height), PAPER)
+    stack.paste(above, ((below.width - above.width) // 2, 0))
+    stack.paste(below, (0, above.height))
+    return stack

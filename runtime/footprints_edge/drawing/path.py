@@ -1,0 +1,135 @@
+"""A path on visible ground and one on all ground, side by side (the paper's first figure, f, g)."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from footprints_edge.errors import NoPathError, OffGroundError
+from footprints_edge.foundation.png import encode_png
+from footprints_edge.foundation.types import Mask, Size
+from footprints_edge.navigation.path_planning import GroundPath, find_path
+from footprints_edge.prediction import Prediction
+
+_WIDEST_PX = 960  # of one of the two pictures
+_NARROWEST_PX = 320
+_FINE = 2  # drawn at twice the size, then shrunk: smooth lines
+
+_PAPER, _INK, _WHITE = (22, 24, 31), (14, 16, 22), (255, 255, 255)
+_SEEN, _UNSEEN = (38, 166, 154), (240, 98, 146)  # also told apart by lightness and by hatching
+_LINE, _BEHIND = (255, 235, 59), (255, 145, 0)
+
+
+def encode_path_picture(
+    prediction: Prediction, start: Sequence[float], goal: Sequence[float], margin_m: float = 0.0
+) -> bytes:
+    """PNG: left the cheapest path on visible ground, right that on all ground.
+
+    Left may have none, and says so.
+
+    Args:
+        prediction: The maps, and the picture to draw on.
+        start: x and y in pixels of the picture.
+        goal: Likewise.
+        margin_m: Metres to keep from what is not ground.
+
+    Raises:
+        PlanningError: If there is no path on all ground either.
+        GroundPlaneError: If there is too little ground to carry a plane.
+    """
+    hidden = find_path(prediction, start, goal, margin_m=margin_m)
+    visible: GroundPath | None = None
+    try:
+        visible = find_path(prediction, start, goal, margin_m=margin_m, ground="visible")
+        left = f"visible ground: {visible.length_m:.1f} m"
+    except OffGroundError:
+        left = "visible ground: an end is not on it"
+    except NoPathError:
+        left = "visible ground: no way"
+    ends = [tuple(start), tuple(goal)]
+    panels = [
+        _panel(prediction, visible, ends, left, unseen=False),
+        _panel(prediction, hidden, ends, f"with hidden ground: {hidden.length_m:.1f} m"),
+    ]
+    gap = max(4, panels[0].width // 120)
+    both = Image.new("RGB", (2 * panels[0].width + gap, panels[0].height), _PAPER)
+    both.paste(panels[0], (0, 0))
+    both.paste(panels[1], (panels[0].width + gap, 0))
+    return encode_png(both)
+
+
+def _panel(
+    prediction: Prediction,
+    path: GroundPath | None,
+    ends: Sequence[tuple[float, ...]],
+    caption: str,
+    *,
+    unseen: bool = True,
+) -> Image.Image:
+    """The photo with the ground tinted, the path on it, and a caption below."""
+    height, width = prediction.image_size
+    scale = min(max(1.0, _NARROWEST_PX / width), _WIDEST_PX / max(height, width))
+    size = (max(1, round(height * scale)), max(1, round(width * scale)))
+    fine = (_FINE * size[0], _FINE * size[1])
+    photo = Image.fromarray(prediction.picture.at_least(fine)).resize(
+        fine[::-1], Image.Resampling.LANCZOS
+    )
+    pixels = np.asarray(photo, np.float32) * np.float32(0.8)
+    large = prediction.at_size(fine)
+    pen = max(2.0, max(fine) / 220)
+    _tint(pixels, large.visible_ground, _SEEN, 0.45)
+    if unseen:
+        _tint(pixels, large.hidden_ground & _stripes(fine, 3 * pen), _UNSEEN, 0.75)
+        _tint(pixels, large.hidden_ground & ~_stripes(fine, 3 * pen), _INK, 0.35)
+    canvas = Image.fromarray(np.rint(pixels).astype(np.uint8))
+    draw = ImageDraw.Draw(canvas)
+
+    def drawn(points: Sequence[Sequence[float]]) -> list[tuple[float, float]]:
+        """Pixels of the picture as pixels of the canvas."""
+        y_scale, x_scale = fine[0] / height, fine[1] / width
+        return [((x + 0.5) * x_scale - 0.5, (y + 0.5) * y_scale - 0.5) for x, y in points]
+
+    if path is not None:
+        line = drawn(_smoothed(path))
+        for colour, thickness in ((_INK, 2.6 * pen), (_LINE, 1.5 * pen)):
+            draw.line(line, colour, round(thickness), joint="curve")
+        for (a, b), behind in zip(pairwise(line), path.hidden[1:], strict=True):
+            if behind:
+                draw.line((a, b), _BEHIND, round(1.5 * pen))
+    font = ImageFont.load_default(4 * pen)
+    for letter, (x, y) in zip("AB", drawn(ends), strict=True):
+        for colour, radius in ((_INK, 4.0 * pen), (_WHITE, 3.5 * pen)):
+            draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=colour)
+        draw.text((x, y), letter, _INK, font, anchor="mm")
+    small = canvas.resize(size[::-1], Image.Resampling.LANCZOS)
+    letter_px = max(12, size[1] // 36)
+    panel = Image.new("RGB", (size[1], size[0] + round(2.4 * letter_px)), _PAPER)
+    panel.paste(small, (0, 0))
+    ImageDraw.Draw(panel).text(
+        (letter_px, size[0] + 1.2 * letter_px),
+        caption,
+        _WHITE,
+        ImageFont.load_default(letter_px),
+        anchor="lm",
+    )
+    return panel
+
+
+def _tint(pixels: np.ndarray, mask: Mask, colour: tuple[int, int, int], opacity: float) -> None:
+    pixels[mask] += np.float32(opacity) * (np.array(colour, np.float32) - pixels[mask])
+
+
+def _stripes(size: Size, period_px: float) -> Mask:
+    across = np.arange(size[0])[:, None] + np.arange(size[1])
+    stripes: Mask = (across % (2 * period_px)) < period_px
+    return stripes
+
+
+def _smoothed(path: GroundPath) -> list[list[float]]:
+    """The path without its stairs: a moving mean over five pixels that keeps both ends."""
+    padded = np.pad(path.pixels, ((2, 2), (0, 0)), mode="reflect", reflect_type="odd")
+    if len(path.pixels) < 3:
+        return [[float(x), float(y)] for x, y in path.pixels]
+    moved = np.stack([np.convolve(padded[:, axis], np.full(5, 0.2), "valid") for axis in (0, 1)], 1)
+    return [[float(x), float(y)] for x, y in moved]

@@ -1,0 +1,116 @@
+"""What runs a model file: the promise that every engine keeps, and what each of them checks."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol
+
+from footprints_edge.errors import ModelError
+from footprints_edge.foundation.cores import usable_cores
+from footprints_edge.foundation.types import Floats, Rgb, Size
+
+_MOST_THREADS = 256
+
+_FOREIGN = {
+    b"version https://git-lfs": "it is a Git LFS pointer, not the model; fetch it: git lfs pull",
+    b"<": "it is a web page or XML, not a model; download the file itself",
+    b"PK\x03\x04": "it looks like a PyTorch checkpoint; make a model of it with: "
+    "fp-export convert CHECKPOINT -o OUT.onnx --arch edge",
+}
+
+
+class Engine(Protocol):
+    """A model file, loaded. `run` keeps no state: one engine may serve many threads.
+
+    Attributes:
+        path: The file.
+        sha256: SHA-256 of the file's bytes, the very ones that run.
+        props: The file's `metadata_props`.
+        input_size: (H, W) that the file is fixed to, None where it takes any multiples of 32.
+        threads: Threads that one `run` uses.
+        providers: What it computes on, by the engine's own names.
+        runtime: Program and version that runs it.
+    """
+
+    path: Path
+    sha256: str
+    props: dict[str, str]
+    input_size: Size | None
+    threads: int
+    providers: tuple[str, ...]
+    runtime: str
+
+    def run(self, image: Rgb) -> Floats:
+        """One forward pass.
+
+        Args:
+            image: uint8 (1, H, W, 3), red, green, blue; H and W multiples of 32.
+
+        Returns:
+            float32 (1, 4, H, W): probabilities of visible ground and of ground, then the sigmoid
+            disparities of what is seen and of the ground (the paper's S, S*, D and D*); or two of
+            these, see `metadata.OUTPUTS`.
+
+        Raises:
+            ModelError: If the pass fails, for example for lack of memory.
+        """
+
+
+def read_model_file(path: Path) -> bytes:
+    """The bytes of a model file.
+
+    Raises:
+        ModelError: If it cannot be read, or is a well-known other thing.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ModelError(f"model file {path} cannot be read: {error.strerror or error}") from error
+    for start, reason in _FOREIGN.items():
+        if data.startswith(start):
+            raise ModelError(f"{path} is no ONNX model ({len(data)} bytes): {reason}")
+    return data
+
+
+def checked_threads(threads: int | None) -> int:
+    """How many threads are meant; None means all cores that this process may use.
+
+    Raises:
+        ModelError: If the number is not positive, or absurd.
+    """
+    if threads is not None and not 1 <= threads <= _MOST_THREADS:
+        raise ModelError(f"threads is {threads}; give 1 to {_MOST_THREADS}, or leave it out")
+    return threads or usable_cores()
+
+
+def checked_input_size(
+    path: Path, found: Sequence[tuple[str, str, Sequence[object]]]
+) -> Size | None:
+    """The (H, W) that a graph is fixed to, None where it is free.
+
+    Args:
+        path: The model file, for the message.
+        found: Name, type and shape of the inputs and outputs, in onnxruntime's words; sides that
+            are free are anything but integers.
+
+    Raises:
+        ModelError: If the input or the output is not that of the file contract.
+    """
+    match [(name, kind, list(shape)) for name, kind, shape in found]:
+        case [
+            ("image", "tensor(uint8)", [1, height, width, 3]),
+            ("maps", "tensor(float)", [_, channels, _, _]),
+        ] if channels in {2, 4} or not isinstance(channels, int):  # 2: see `metadata.OUTPUTS`
+            pass
+        case _:
+            raise ModelError(
+                f"{path} is an ONNX model with {_signature(found)}; expected image uint8 "
+                "[1, H, W, 3] in and maps float32 [1, 4, H, W] out; make one with: "
+                "fp-export convert CHECKPOINT -o OUT.onnx --arch edge"
+            )
+    if isinstance(height, int) and isinstance(width, int):
+        return height, width
+    return None
+
+
+def _signature(nodes: Sequence[tuple[str, str, Sequence[object]]]) -> str:
+    return ", ".join(f"{name} {kind} {list(shape)}" for name, kind, shape in nodes)

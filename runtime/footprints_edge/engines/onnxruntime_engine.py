@@ -1,0 +1,167 @@
+"""Running a model file with onnxruntime. The only module that knows it."""
+
+import hashlib
+from collections import Counter
+from collections.abc import Sequence
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+
+import onnxruntime as ort
+
+from footprints_edge.engines.engine import checked_input_size, checked_threads, read_model_file
+from footprints_edge.errors import ModelError
+from footprints_edge.foundation.types import Floats, Rgb
+
+_CPU = "CPUExecutionProvider"
+
+
+class OnnxRuntimeEngine:
+    """A model file in onnxruntime; see `engine.Engine`."""
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        threads: int | None = None,
+        providers: Sequence[str] | None = None,
+        plugin: str | None = None,
+    ) -> None:
+        """Loads a model file.
+
+        Args:
+            path: An ONNX file of the footprints-edge contract, or one in onnxruntime's format.
+            threads: Threads for one `run`; None means all cores that this process may use.
+            providers: onnxruntime execution providers in order of preference; None means CPU.
+            plugin: Package of an execution provider that onnxruntime loads from outside, such as
+                `onnxruntime-ep-openvino`, instead of `providers`. Nodes that it does not take
+                run on the CPU; `runtime` says how many it takes.
+
+        Raises:
+            ModelError: If the file is missing, damaged or foreign, a provider is not available,
+                or the number of threads is not positive.
+        """
+        self.threads = checked_threads(threads)
+        data = read_model_file(path)
+        self.path = path
+        self.sha256 = hashlib.sha256(data).hexdigest()
+        if isinstance(providers, str):
+            providers = [providers]
+        options = _options(self.threads)
+        if plugin is None:
+            wanted = _checked_providers([_CPU] if providers is None else list(providers))
+        else:
+            wanted = []
+            _add_plugin(options, plugin)
+        try:
+            self._session = ort.InferenceSession(data, options, providers=wanted)
+        except Exception as error:  # onnxruntime's exceptions share no base class
+            raise ModelError(
+                f"{path} cannot be loaded ({len(data)} bytes, sha256 {self.sha256}): it is "
+                "damaged, no ONNX model, or made for a newer onnxruntime than "
+                f"{ort.__version__}; fetch or convert it again. onnxruntime says: {error}"
+            ) from error
+        self.providers: tuple[str, ...] = tuple(self._session.get_providers())
+        if wanted and self.providers[0] != wanted[0]:  # it falls back with a mere log line
+            raise ModelError(
+                f"provider {wanted[0]} is installed but does not start on this machine; "
+                f"check its driver, or choose another of {', '.join(available_providers())}"
+            )
+        self.runtime = runtime()
+        if plugin is not None:
+            self.runtime += f", {self._shares(plugin)}"
+        elif wanted[0] != _CPU:
+            self.runtime += f", {wanted[0]}"
+        inputs, outputs = self._session.get_inputs(), self._session.get_outputs()
+        self.input_size = checked_input_size(
+            path, [(node.name, node.type, node.shape) for node in (*inputs, *outputs)]
+        )
+        self.props: dict[str, str] = dict(self._session.get_modelmeta().custom_metadata_map)
+
+    def run(self, image: Rgb) -> Floats:
+        """One forward pass; see `engine.Engine.run`."""
+        try:
+            maps: Floats = self._session.run(["maps"], {"image": image})[0]
+        except Exception as error:
+            raise ModelError(f"{self.path} failed on an input of {image.shape}: {error}") from error
+        return maps
+
+    def _shares(self, plugin: str) -> str:
+        """How many nodes each provider took; refuses a plug-in that took none."""
+        nodes: Counter[str] = Counter()
+        for part in self._session.get_provider_graph_assignment_info():
+            nodes[part.ep_name] += len(part.get_nodes())
+        if not nodes.keys() & set(_plugin_providers(plugin)):
+            raise ModelError(
+                f"{plugin} takes none of the nodes of {self.path}; onnxruntime would run them all "
+                "on the CPU: choose engine='onnxruntime' for that"
+            )
+        return ", ".join(f"{name} {count} nodes" for name, count in nodes.most_common())
+
+
+def available_providers() -> list[str]:
+    """Names of the execution providers that the installed onnxruntime has."""
+    return list(ort.get_available_providers())
+
+
+def runtime() -> str:
+    """Name and version of what runs the models."""
+    return f"onnxruntime {ort.__version__}"
+
+
+def _checked_providers(wanted: list[str]) -> list[str]:
+    available = available_providers()
+    unknown = [provider for provider in wanted if provider not in available]
+    if unknown or not wanted:
+        raise ModelError(
+            f"provider {', '.join(unknown) or '(none given)'} is not available here; "
+            f"choose from {', '.join(available)}"
+        )
+    return wanted
+
+
+def _add_plugin(options: ort.SessionOptions, plugin: str) -> None:
+    """Choose the devices of a plug-in.
+
+    Raises:
+        ModelError: If it is not installed, does not load, or offers no device here.
+    """
+    names = _plugin_providers(plugin)
+    devices = [device for device in ort.get_ep_devices() if device.ep_name in names]
+    if not devices:
+        raise ModelError(
+            f"{plugin} is installed but offers no device on this machine: its hardware, or the "
+            "driver, is not there; choose another engine"
+        )
+    options.add_provider_for_devices(devices, {})
+    options.add_session_config_entry("session.record_ep_graph_assignment_info", "1")
+
+
+@cache
+def _plugin_providers(plugin: str) -> tuple[str, ...]:
+    """Names of a plug-in's execution providers, once it is registered with onnxruntime."""
+    try:
+        package = import_module(plugin.replace("-", "_"))
+    except ModuleNotFoundError as error:
+        raise ModelError(
+            f"engine {plugin!r} needs the package {plugin}; install it with: pip install {plugin}"
+        ) from error
+    try:
+        ort.register_execution_provider_library(plugin, package.get_library_path())
+        return tuple(package.get_ep_names())
+    except Exception as error:
+        raise ModelError(
+            f"{plugin} does not load into onnxruntime {ort.__version__}: {error}; "
+            "upgrade both, or choose another engine"
+        ) from error
+
+
+def _options(threads: int) -> ort.SessionOptions:
+    options = ort.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.inter_op_num_threads = 1
+    options.execution_mode = ort.ExecutionMode.ORT_SEQUENTIAL
+    options.log_severity_level = 4  # errors arrive as exceptions; do not print them as well
+    # Between two calls the cores belong to the program around us, not to waiting worker threads.
+    options.add_session_config_entry("session.force_spinning_stop", "1")
+    return options

@@ -1,0 +1,1 @@
+"""What everything else stands on: array types, atomic writes, cores, PNG, OpenCV, the version."""

@@ -1,0 +1,210 @@
+"""The plane that the ground lies in: where the camera stands above it, and metres on it.
+
+Ground coordinates follow ROS REP-103: x forward, y left, z up, metres. Their origin is the point of
+the plane straight below the camera; forward is the way that the camera looks, laid onto the plane.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge.errors import GroundPlaneError
+from footprints_edge.foundation.types import Floats, Mask, Size
+from footprints_edge.geometry.camera import Intrinsics
+
+_FEWEST_PIXELS = 20
+_TRIALS = 150
+"""Triples drawn: one is free of outliers with certainty 1 - 1e-8 if half of the pixels are good."""
+
+_FITTED = 8000
+"""The plane is fitted to at most so many pixels, drawn evenly: three numbers need no more."""
+
+_JUDGED = 600
+"""Hypotheses are judged on at most so many pixels: their order does not change with more."""
+
+
+@dataclass(frozen=True, eq=False)
+class GroundPlane:
+    """The ground as one plane, seen from the camera.
+
+    Attributes:
+        up: float64 (3,), the unit normal in camera axes (x right, y down, z forward).
+        camera_height_m: How far the camera is above the plane, metres.
+        error_m: Median distance of the ground that the plane was fitted to from the plane, metres:
+            centimetres where the ground is flat, more where it is not or where its depth is poor.
+    """
+
+    up: NDArray[np.float64]
+    camera_height_m: float
+    error_m: float
+
+    @property
+    def pitch_deg(self) -> float:
+        """How far the camera looks down: 0 at the horizon, 90 at its feet, degrees."""
+        return math.degrees(math.asin(max(-1.0, min(1.0, -float(self.up[2])))))
+
+    @property
+    def roll_deg(self) -> float:
+        """How far the camera is turned about its line of sight, right side down, degrees."""
+        return math.degrees(math.atan2(-float(self.up[0]), -float(self.up[1])))
+
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """float64 (3, 3): rows are forward, left and up, unit vectors in camera axes."""
+        towards = np.array([0.0, 0.0, 1.0])
+        if abs(self.up[2]) > 0.999:  # looks straight down: forward is up in the picture
+            towards = np.array([0.0, -1.0, 0.0])
+        forward = towards - (towards @ self.up) * self.up
+        forward /= np.linalg.norm(forward)
+        return np.stack([forward, np.cross(self.up, forward), self.up])
+
+    def to_ground(self, points_m: NDArray[np.floating]) -> NDArray[np.float64]:
+        """Points in ground coordinates.
+
+        Args:
+            points_m: (..., 3), metres in camera axes: x right, y down, z forward.
+
+        Returns:
+            float64 (..., 3): x forward, y left, z above the plane, metres.
+        """
+        moved = np.asarray(points_m @ self.axes.T, np.float64)
+        moved[..., 2] += self.camera_height_m
+        return moved
+
+    def inverse_depth(self, intrinsics: Intrinsics, size: Size) -> Floats:
+        """The inverse of its depth at every pixel, which is affine in the pixel.
+
+        Args:
+            intrinsics: The camera in the pixels of `size`.
+            size: (h, w).
+
+        Returns:
+            float32 (h, w), 1 / metres; not positive at and above the horizon.
+        """
+        height, width = size
+        slope = -self.up / self.camera_height_m
+        across = slope[0] * (np.arange(width) - intrinsics.cx) / intrinsics.fx
+        along = slope[1] * (np.arange(height) - intrinsics.cy) / intrinsics.fy + slope[2]
+        inverse_depth: Floats = np.add.outer(along.astype(np.float32), across.astype(np.float32))
+        return inverse_depth
+
+    def at_pixels(
+        self, pixels: NDArray[np.floating], intrinsics: Intrinsics
+    ) -> NDArray[np.float64]:
+        """Where the rays of pixels meet the plane.
+
+        Args:
+            pixels: (..., 2), x and y; (0, 0) is the centre of the top left pixel.
+            intrinsics: The camera in those pixels.
+
+        Returns:
+            float64 (..., 2): x forward and y left, metres; NaN at and above the horizon.
+        """
+        ray = np.ones((*pixels.shape[:-1], 3))
+        ray[..., 0] = (pixels[..., 0] - intrinsics.cx) / intrinsics.fx
+        ray[..., 1] = (pixels[..., 1] - intrinsics.cy) / intrinsics.fy
+        forward, left, rise = np.moveaxis(ray @ self.axes.T, -1, 0)
+        falling = rise < -1e-9
+        stretch = np.where(falling, self.camera_height_m / np.where(falling, -rise, 1), np.nan)
+        return np.stack([forward * stretch, left * stretch], axis=-1)
+
+    def to_pixels(
+        self, places_m: NDArray[np.floating], intrinsics: Intrinsics
+    ) -> NDArray[np.float64]:
+        """Where points of the plane appear in the picture: the inverse of `at_pixels`.
+
+        Args:
+            places_m: (..., 2): x forward and y left, metres.
+            intrinsics: The camera in the pixels of the result.
+
+        Returns:
+            float64 (..., 2): x and y in pixels, also beyond the picture's borders; NaN behind the
+            camera.
+        """
+        axes = self.axes
+        points = places_m @ axes[:2] - self.camera_height_m * axes[2]
+        depth_m = points[..., 2]
+        ahead = depth_m > 1e-6
+        scale = np.where(ahead, 1 / np.where(ahead, depth_m, 1), np.nan)
+        return np.stack(
+            [
+                intrinsics.cx + intrinsics.fx * points[..., 0] * scale,
+                intrinsics.cy + intrinsics.fy * points[..., 1] * scale,
+            ],
+            axis=-1,
+        )
+
+
+def fit_ground_plane(
+    ground_depth_m: Floats, ground: Mask, intrinsics: Intrinsics, seed: int = 0
+) -> GroundPlane:
+    """The plane that at least half of the ground lies on.
+
+    Along a plane the inverse depth is affine in the pixel, and a network's error is even in inverse
+    depth, not in metres. So this is a least median of squares in inverse depth (Rousseeuw 1984: no
+    tolerance to choose, up to half of the pixels may be wrong), then least squares over its
+    inliers.
+
+    Args:
+        ground_depth_m: float32 (h, w), metres along the optical axis; read where `ground` is.
+        ground: bool (h, w), the pixels to fit.
+        intrinsics: The camera in pixels of (h, w).
+        seed: Of the triples that are tried: the same maps give the same plane.
+
+    Raises:
+        GroundPlaneError: If there are too few ground pixels, they lie in one line, or the plane
+            that they lie on is above the camera.
+    """
+    width = ground.shape[1]
+    count = int(np.count_nonzero(ground))
+    if count < _FEWEST_PIXELS:
+        raise GroundPlaneError(
+            f"{count} pixels are ground; a plane needs {_FEWEST_PIXELS}. Lower the threshold, or "
+            "take a picture that shows more ground"
+        )
+    rng = np.random.default_rng(seed)
+    chosen = np.flatnonzero(ground)
+    if count > _FITTED:
+        chosen = rng.choice(chosen, _FITTED, replace=False)
+    rows, columns = np.divmod(chosen, width)
+    directions = np.ones((3, len(chosen)))
+    directions[0] = (columns - intrinsics.cx) / intrinsics.fx
+    directions[1] = (rows - intrinsics.cy) / intrinsics.fy
+    inverse_depth = 1 / ground_depth_m.take(chosen).astype(np.float64)
+    gradient = _least_median(directions, inverse_depth, rng)
+    for _ in range(3):
+        residual = np.abs(gradient @ directions - inverse_depth)
+        inlier = residual <= max(2.5 * 1.4826 * float(np.median(residual)), 1e-9)
+        among = directions * inlier  # the normal equations: three by three, much faster
+        gradient = np.asarray(np.linalg.pinv(among @ directions.T) @ (among @ inverse_depth))
+    length = float(np.linalg.norm(gradient))  # up . ray = -height / depth
+    up = -gradient / length
+    if up[1] > 0.2:
+        raise GroundPlaneError(
+            "the ground depth lies on a plane above the camera; is the picture upside down?"
+        )
+    camera_height_m = 1 / length
+    above_m = up @ directions / inverse_depth + camera_height_m
+    return GroundPlane(up, camera_height_m, float(np.median(np.abs(above_m))))
+
+
+def _least_median(
+    directions: NDArray[np.float64], inverse_depth: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """The plane (3,) through a triple whose median |plane . direction - inverse depth| is least."""
+    triples = rng.integers(len(inverse_depth), size=(_TRIALS, 3))
+    corners = directions.T[triples]
+    usable = np.abs(np.linalg.det(corners)) > 1e-9  # three in a row span no plane
+    if not usable.any():
+        raise GroundPlaneError(
+            f"the {len(inverse_depth)} ground pixels lie in one line, which spans no plane; "
+            "take a picture that shows more ground"
+        )
+    planes = np.linalg.solve(corners[usable], inverse_depth[triples[usable]][..., None])[..., 0]
+    judged = rng.integers(len(inverse_depth), size=min(_JUDGED, len(inverse_depth)))
+    residual = np.abs(planes @ directions[:, judged] - inverse_depth[judged]).astype(np.float32)
+    middle = len(judged) // 2  # partition takes a third of the time of numpy's median by rows
+    best: NDArray[np.float64] = planes[np.partition(residual, middle)[:, middle].argmin()]
+    return best

@@ -1,0 +1,1 @@
+"""From a picture in any form to the input of a network."""

@@ -1,0 +1,1 @@
+"""The four maps of a prediction as data."""

@@ -1,0 +1,1 @@
+"""What a robot does with the maps: ground plane, occupancy grid, paths."""

@@ -1,0 +1,75 @@
+"""The facts of a prediction that fit in a few lines: what the `json` output holds."""
+
+from typing import Any
+
+import numpy as np
+
+from footprints_edge.foundation.types import Floats, Mask
+from footprints_edge.foundation.version import __version__
+from footprints_edge.prediction import Prediction
+
+
+def summarise(prediction: Prediction) -> dict[str, Any]:
+    """Sizes, ground fractions and distances, camera, model and timings, ready for JSON.
+
+    Sizes are (height, width) in pixels, fractions are of the picture's area, distances in metres
+    along the optical axis, and null where there is no ground, or no map of it in the model file.
+    `ground_plane` is the plane that the ground's depth was laid onto, null where it was not.
+    """
+    image_size, map_size = prediction.image_size, prediction.map_size
+    camera = prediction.intrinsics.scaled(map_size, image_size)
+    plane = prediction.laid_onto
+    has_masks = prediction.has("ground_probability")
+    depth_m: Floats = np.empty(0, np.float32)
+    if has_masks and prediction.has("unmasked_ground_depth_m"):
+        depth_m = prediction.ground_depth_m[prediction.ground]
+    return {
+        "image": prediction.name,
+        "image_size_px": list(image_size),
+        "map_size_px": list(map_size),
+        "ground_fraction": {
+            "visible": _fraction(prediction.visible_ground) if has_masks else None,
+            "hidden": _fraction(prediction.hidden_ground) if has_masks else None,
+            "all": _fraction(prediction.ground) if has_masks else None,
+        },
+        "ground_distance_m": {
+            "nearest": float(depth_m.min()) if depth_m.size else None,
+            "farthest": float(depth_m.max()) if depth_m.size else None,
+        },
+        "ground_plane": None
+        if plane is None
+        else {
+            "camera_height_m": plane.camera_height_m,
+            "pitch_deg": plane.pitch_deg,
+            "roll_deg": plane.roll_deg,
+            "error_m": plane.error_m,
+        },
+        "threshold": prediction.threshold,
+        "camera": {
+            "fx_px": camera.fx,
+            "fy_px": camera.fy,
+            "cx_px": camera.cx,
+            "cy_px": camera.cy,
+            "focal_length_px": camera.focal_px,
+            "hfov_deg": camera.hfov_deg(image_size),
+            "source": camera.source,
+        },
+        "model": {
+            "name": prediction.model.name,
+            "precision": prediction.model.precision,
+            "sha256": prediction.model.sha256,
+        },
+        "versions": {"footprints_edge": __version__, "runtime": prediction.model.runtime},
+        "timings_ms": {stage: round(ms, 3) for stage, ms in prediction.timings_ms.items()},
+        "units": {
+            "sizes": "pixels, [height, width]",
+            "camera": "pixels of the upright image; (0, 0) is the centre of its top left pixel",
+            "distances": "metres along the optical axis",
+            "ground_plane": "degrees: pitch down, roll with the right side down; error is a median",
+            "maps": "the npz, png16 and ply outputs have map_size_px, the overlay the image's",
+        },
+    }
+
+
+def _fraction(mask: Mask) -> float:
+    return float(np.mean(mask))

@@ -1,0 +1,60 @@
+"""Points in metres, as a PLY file that any viewer opens."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge.foundation.types import Floats, Rgb
+from footprints_edge.geometry.camera import backproject
+from footprints_edge.inputs.preprocessing import enough_for, preprocess
+from footprints_edge.prediction import Prediction
+
+HIDDEN_GROUND_RGB = (255, 0, 200)
+"""Magenta, which photos hardly have: hidden ground has no colour of its own to show."""
+
+_PROPERTIES = (
+    ("x", "float", "<f4"),
+    ("y", "float", "<f4"),
+    ("z", "float", "<f4"),
+    ("red", "uchar", "u1"),
+    ("green", "uchar", "u1"),
+    ("blue", "uchar", "u1"),
+    ("layer", "uchar", "u1"),
+)
+_VERTEX = np.dtype([(name, dtype) for name, _, dtype in _PROPERTIES])
+
+
+def encode_ply(prediction: Prediction) -> bytes:
+    """Everything seen, in the photo's colours, and the ground hidden behind it.
+
+    Binary little-endian PLY in camera axes: x right, y down, z forward, metres. Property `layer`
+    is 0 for what is seen and 1 for hidden ground (`HIDDEN_GROUND_RGB`). One point a pixel of the
+    maps and layer.
+    """
+    seen = backproject(prediction.visible_depth_m, prediction.intrinsics)
+    colours = preprocess(
+        prediction.picture.at_least(enough_for(prediction.map_size)), prediction.map_size
+    )[0]
+    ground = backproject(prediction.unmasked_ground_depth_m, prediction.intrinsics)
+    hidden = ground[prediction.hidden_ground]
+    vertices = np.concatenate(
+        [
+            _vertices(seen.reshape(-1, 3), colours.reshape(-1, 3), layer=0),
+            _vertices(hidden, np.full(hidden.shape, HIDDEN_GROUND_RGB, np.uint8), layer=1),
+        ]
+    )
+    properties = "".join(f"property {kind} {name}\n" for name, kind, _ in _PROPERTIES)
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        "comment metres; camera axes: x right, y down, z forward\n"
+        "comment layer 0: seen; layer 1: hidden ground\n"
+        f"element vertex {len(vertices)}\n{properties}end_header\n"
+    )
+    return header.encode("ascii") + vertices.tobytes()
+
+
+def _vertices(points_m: Floats, colours: Rgb, layer: int) -> NDArray[np.void]:
+    vertices = np.empty(len(points_m), _VERTEX)
+    vertices["x"], vertices["y"], vertices["z"] = points_m.T
+    vertices["red"], vertices["green"], vertices["blue"] = colours.T
+    vertices["layer"] = layer
+    return vertices

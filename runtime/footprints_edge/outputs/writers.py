@@ -1,0 +1,184 @@
+"""Predictions as files: which formats there are, what the files are called, and safe writing."""
+
+import io
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from footprints_edge.errors import OutputError
+from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge.foundation.png import encode_png
+from footprints_edge.foundation.types import Floats, Mask
+from footprints_edge.prediction import Prediction
+
+NAMELESS = "image"
+"""What the outputs of a picture without a file name are named after."""
+
+FARTHEST_MM = 65535
+"""A depth PNG's largest value: 65.535 m or more. 0 stands for none."""
+
+_MAP_PNG = ".topdown.png"
+
+Encoder = Callable[[Prediction], bytes]
+
+
+def save(
+    prediction: Prediction,
+    folder: Path,
+    formats: Sequence[str],
+    *,
+    name: str | None = None,
+    overwrite: bool = False,
+) -> list[Path]:
+    """Writes a prediction's files; see `Prediction.save`.
+
+    Each file appears whole or not at all: it is written beside its place and then renamed.
+    """
+    stem = name or prediction.name or NAMELESS
+    targets = output_paths(folder, stem, formats)
+    refuse_overwriting(targets, {prediction.path.resolve()} if prediction.path else set())
+    in_the_way = [] if overwrite else [path for path in targets if path.exists()]
+    if in_the_way:
+        raise OutputError(
+            f"{', '.join(map(str, in_the_way))}: already there; nothing was written. "
+            "Pass overwrite=True, or another folder or name"
+        )
+    write(prediction, targets)
+    return list(targets)
+
+
+def write(prediction: Prediction, targets: Mapping[Path, Encoder]) -> None:
+    """Writes the given files of a prediction, replacing what is there.
+
+    Raises:
+        OutputError: If a folder or a file cannot be written.
+    """
+    for path, encode in targets.items():
+        data = encode(prediction)
+        try:
+            write_atomically(path, data)
+        except OSError as error:
+            raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def output_paths(folder: Path, name: str, formats: Iterable[str]) -> Mapping[Path, Encoder]:
+    """The files that `formats` make, in order, and what encodes each.
+
+    The picture's whole name stays in front, so that `a.jpg` and `a.png` never collide.
+
+    Raises:
+        OutputError: If a format is unknown, none is given, or the name is a path.
+    """
+    wanted = list(dict.fromkeys([formats] if isinstance(formats, str) else formats))
+    unknown = [key for key in wanted if key not in FORMATS]
+    if unknown or not wanted:
+        raise OutputError(
+            f"unknown output format {', '.join(unknown) or '(none given)'}; "
+            f"choose from {', '.join(FORMATS)}"
+        )
+    if Path(name).name != name:
+        raise OutputError(f"the name {name!r} is a path; give the folder apart from the name")
+    files = (item for wanted_format in wanted for item in FORMATS[wanted_format].items())
+    return {
+        folder / (name + suffix): encode
+        if encode is not _map_yaml
+        else partial(_map_yaml, image=name + _MAP_PNG)
+        for suffix, encode in files
+    }
+
+
+def refuse_overwriting(targets: Iterable[Path], pictures: Set[Path]) -> None:
+    """Holds outputs against the pictures that they are made from, given as resolved paths.
+
+    Raises:
+        OutputError: If an output is one of the pictures.
+    """
+    for path in targets:
+        if path.resolve() in pictures:
+            raise OutputError(f"{path} is an input picture; choose another folder or name")
+
+
+def _overlay(prediction: Prediction) -> bytes:
+    from footprints_edge.drawing.overlay import encode_overlay
+
+    return encode_overlay(prediction)
+
+
+def _npz(prediction: Prediction) -> bytes:
+    """What a model file without masks, or without depths, lacks is left out."""
+    camera = prediction.intrinsics
+    buffer = io.BytesIO()
+    names = ["visible_depth_m"] if prediction.has("visible_depth_m") else []
+    if prediction.has("ground_probability"):
+        names += ["visible_ground", "ground", "hidden_ground"]
+        names += ["visible_ground_probability", "ground_probability"]
+    if {"ground", "visible_depth_m"} <= set(names):
+        names.append("ground_depth_m")
+    np.savez_compressed(
+        buffer,
+        **{name: getattr(prediction, name) for name in names},
+        image_size=np.array(prediction.image_size),
+        intrinsics=np.array([camera.fx, camera.fy, camera.cx, camera.cy]),
+    )
+    return buffer.getvalue()
+
+
+def _json(prediction: Prediction) -> bytes:
+    from footprints_edge.outputs.json_summary import summarise
+
+    return (json.dumps(summarise(prediction), indent=2) + "\n").encode("ascii")
+
+
+def _ply(prediction: Prediction) -> bytes:
+    from footprints_edge.outputs.ply import encode_ply
+
+    return encode_ply(prediction)
+
+
+def _top_down_picture(prediction: Prediction) -> bytes:
+    from footprints_edge.drawing.occupancy_grid import encode_top_down
+
+    return encode_top_down(prediction.top_down())
+
+
+def _map_png(prediction: Prediction) -> bytes:
+    return prediction.top_down().map_png()
+
+
+def _map_yaml(prediction: Prediction, image: str = NAMELESS + _MAP_PNG) -> bytes:
+    """The YAML names the picture beside it."""
+    return prediction.top_down().map_yaml(image)
+
+
+def _depth_png(depth_m: Floats) -> bytes:
+    """uint16 millimetres; 0 where there is no depth, so nothing nearer than 1 mm."""
+    known = np.isfinite(depth_m)
+    millimetres = np.clip(np.rint(1000 * np.where(known, depth_m, 0)), known, FARTHEST_MM)
+    return encode_png(Image.fromarray(millimetres.astype(np.uint16)))
+
+
+def _mask_png(mask: Mask) -> bytes:
+    """8-bit grey: 255 where True, 0 elsewhere."""
+    return encode_png(Image.fromarray(np.where(mask, np.uint8(255), np.uint8(0))))
+
+
+FORMATS: Mapping[str, Mapping[str, Encoder]] = {
+    "overlay": {".overlay.png": _overlay},
+    "npz": {".npz": _npz},
+    "png16": {
+        ".visible_depth_mm.png": lambda prediction: _depth_png(prediction.visible_depth_m),
+        ".ground_depth_mm.png": lambda prediction: _depth_png(prediction.ground_depth_m),
+        ".visible_ground.png": lambda prediction: _mask_png(prediction.visible_ground),
+        ".ground.png": lambda prediction: _mask_png(prediction.ground),
+        ".hidden_ground.png": lambda prediction: _mask_png(prediction.hidden_ground),
+    },
+    "json": {".json": _json},
+    "ply": {".ply": _ply},
+    "topdown": {_MAP_PNG: _map_png, ".topdown.yaml": _map_yaml},
+    "topdown_picture": {".topdown_picture.png": _top_down_picture},
+}
+"""Each format's files: what is added to the picture's name, and what encodes it."""

@@ -1,0 +1,1 @@
+"""Videos, cameras and pipes: frames in, smoothed maps out."""

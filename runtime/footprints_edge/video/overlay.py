@@ -1,0 +1,98 @@
+"""The overlay of a video: what `overlay` draws, in the few milliseconds that a frame has."""
+
+import numpy as np
+
+from footprints_edge.drawing.colormap import PAPER, colour_scale, scale_position
+from footprints_edge.drawing.occupancy_grid import draw_panel
+from footprints_edge.drawing.overlay import LEGEND_PX, draw_legend
+from footprints_edge.foundation.opencv import opencv
+from footprints_edge.foundation.types import Rgb, Size
+from footprints_edge.prediction import Prediction
+
+_TINT, _STRIPE, _SHADE = 0.62, 0.9, 0.5
+"""How much of the colour visible ground and stripes have, and how much the picture keeps of its
+light between stripes."""
+
+
+class VideoOverlay:
+    """Draws predictions of frames; keeps what is the same in all of them."""
+
+    def __init__(self, *, top_down: bool = False) -> None:
+        """Chooses what is drawn.
+
+        Args:
+            top_down: Whether the ground seen from above stands beside each frame.
+
+        Raises:
+            VideoError: If OpenCV is missing.
+        """
+        self._cv2 = opencv()
+        self._top_down = top_down
+        self._size: Size | None = None
+        self._stripes: Rgb = np.zeros((0, 0), np.uint8)
+        self._canvas: Rgb = np.zeros((0, 0, 3), np.uint8)
+        self._rows = 0
+        self._colours = np.ascontiguousarray(colour_scale()[:, None, ::-1])
+
+    def draw(self, prediction: Prediction) -> Rgb:
+        """The frame with visible ground tinted, hidden ground hatched, and a legend below.
+
+        Returns:
+            uint8 (H, W, 3) in OpenCV's order blue, green, red; both sides are even.
+        """
+        cv2 = self._cv2
+        size = prediction.image_size
+        if size != self._size:
+            self._prepare(size)
+        photo = cv2.cvtColor(prediction.rgb, cv2.COLOR_RGB2BGR)
+        at_size = {"dsize": size[::-1], "interpolation": cv2.INTER_LINEAR}
+        visible, ground = (
+            (cv2.resize(probability, **at_size) > prediction.threshold).astype(np.uint8)
+            for probability in (
+                prediction.visible_ground_probability,
+                prediction.ground_probability,
+            )
+        )
+        # One channel is enlarged and coloured, not three.
+        position = scale_position(prediction.unmasked_ground_depth_m).astype(np.uint8)
+        tint = cv2.applyColorMap(cv2.resize(position, **at_size), self._colours)
+        grey = cv2.cvtColor(cv2.cvtColor(photo, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
+        hidden = ground & ~visible & 1
+        drawn = photo.copy()
+        for part, over in (
+            (visible, cv2.addWeighted(grey, 1 - _TINT, tint, _TINT, 0)),
+            (hidden & self._stripes, cv2.addWeighted(photo, 1 - _STRIPE, tint, _STRIPE, 0)),
+            (hidden & ~self._stripes & 1, cv2.convertScaleAbs(photo, alpha=_SHADE)),
+        ):
+            cv2.copyTo(over, part, drawn)
+        thickness = max(1, round(max(size) / 600))
+        for part in (hidden, visible):
+            edges, _ = cv2.findContours(part, cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)
+            cv2.drawContours(drawn, edges, -1, (255, 255, 255), thickness, cv2.LINE_AA)
+        return self._composed(drawn, prediction)
+
+    def _prepare(self, size: Size) -> None:
+        height, width = size
+        self._size = size
+        pen_px = max(1.0, max(size) / 700)
+        across = (np.arange(height)[:, None] + np.arange(width)) / np.sqrt(2)
+        self._stripes = (across % (10 * pen_px) < 4.4 * pen_px).astype(np.uint8)
+        legend = np.asarray(draw_legend(max(width, LEGEND_PX), height))[..., ::-1]
+        self._rows = rows = height + legend.shape[0]
+        columns = max(width, legend.shape[1])
+        all_columns = columns + (rows if self._top_down else 0)
+        self._canvas = np.empty((rows + rows % 2, all_columns + all_columns % 2, 3), np.uint8)
+        self._canvas[:] = PAPER[::-1]
+        self._canvas[height:rows, : legend.shape[1]] = legend
+
+    def _composed(self, drawn: Rgb, prediction: Prediction) -> Rgb:
+        """The drawn frame with the legend below and the panel beside it."""
+        height, width = drawn.shape[:2]
+        canvas = self._canvas.copy()
+        left = (max(width, LEGEND_PX) - width) // 2
+        canvas[:height, left : left + width] = drawn
+        if self._top_down:
+            panel = np.asarray(draw_panel(prediction, self._rows))[..., ::-1]
+            columns = max(width, LEGEND_PX)
+            canvas[: self._rows, columns : columns + panel.shape[1]] = panel
+        return canvas

@@ -1,0 +1,301 @@
+"""Test vectors: what is in them, what passes, and that a port with a usual mistake does not."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+import footprints_edge as fp
+from footprints_edge.inputs.images import decode
+from footprints_edge_export import cli
+from footprints_edge_export.errors import ExportError
+from footprints_edge_export.verification.check_vectors import check_vectors
+from footprints_edge_export.verification.test_vectors import (
+    EXAMPLE_PHOTO,
+    MASKS,
+    METRES,
+    derived,
+    subjects,
+    write_vectors,
+)
+
+MOST_BYTES = 8e6
+
+
+@pytest.fixture(scope="module")
+def model():
+    return fp.load(threads=1)
+
+
+@pytest.fixture(scope="module")
+def vectors(model, tmp_path_factory):
+    """The vectors of the bundled model."""
+    folder = tmp_path_factory.mktemp("vectors")
+    write_vectors(model, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def manifest(vectors):
+    return json.loads((vectors / "vectors.json").read_text())
+
+
+def expected(vectors, entry, name):
+    path = vectors / entry["files"][name]
+    return np.load(path) if path.suffix == ".npy" else np.asarray(Image.open(path))
+
+
+def write_port(folder, vectors, manifest, port):
+    """What a port writes: `port` gives arrays by name from a vector's entry and its input."""
+    for entry in manifest["vectors"]:
+        (folder / entry["name"]).mkdir(parents=True)
+        for name, array in port(entry, expected(vectors, entry, "input")).items():
+            np.save(folder / entry["name"] / f"{name}.npy", array)
+    return folder
+
+
+def failing(findings):
+    return {finding.quantity for finding in findings if not finding.holds}
+
+
+def test_the_vectors_hold_against_themselves(vectors):
+    findings = check_vectors(vectors, vectors)
+    assert failing(findings) == set()
+    assert len(findings) > 40
+
+
+def test_the_vectors_are_few_and_small(vectors, manifest):
+    files = [path for path in vectors.rglob("*") if path.is_file()]
+    assert sum(path.stat().st_size for path in files) < MOST_BYTES
+    shapes = [tuple(entry["image_size_px"]) for entry in manifest["vectors"]]
+    assert any(h < w for h, w in shapes)
+    assert any(h > w for h, w in shapes)
+    assert any(h == w for h, w in shapes)
+    assert any(h < 64 for h, w in shapes)
+    listed = {vectors / file for entry in manifest["vectors"] for file in entry["files"].values()}
+    assert listed | {vectors / "vectors.json"} == set(files)
+
+
+def test_each_vector_has_ground_seen_and_hidden_and_something_else(vectors, manifest):
+    """Else a port that finds ground everywhere, or nowhere, would pass."""
+    for entry in manifest["vectors"]:
+        for mask in MASKS:
+            share = (expected(vectors, entry, mask) > 0).mean()
+            assert 0.02 < share < 0.8, (entry["name"], mask)
+
+
+def test_arrays_are_of_the_contract(vectors, manifest):
+    for entry in manifest["vectors"]:
+        H, W = entry["image_size_px"]
+        h, w = entry["network_size_px"]
+        assert (h % 32, w % 32) == (0, 0)
+        assert expected(vectors, entry, "image").shape == (H, W, 3)
+        for name, shape, dtype in (
+            ("input", (1, h, w, 3), np.uint8),
+            ("maps", (1, 4, h, w), np.float32),
+            ("visible_depth_m", (h, w), np.float32),
+            ("ground_depth_m", (h, w), np.float32),
+            ("hidden_ground", (h, w), np.uint8),
+            ("hidden_ground_at_image_size", (H, W), np.uint8),
+        ):
+            array = expected(vectors, entry, name)
+            assert (array.shape, array.dtype) == (shape, dtype), name
+
+
+def test_the_runtime_gives_what_the_vectors_say(model, vectors, manifest):
+    """`predict`, which is not what wrote them, on the vector of the size that the rule gives."""
+    entry = next(e for e in manifest["vectors"] if e["name"] == "landscape")
+    camera = fp.Intrinsics(**entry["image_intrinsics_px"])
+    image = vectors / entry["files"]["image"]
+    prediction = model.predict(image, intrinsics=camera, flatten=False)
+    assert list(prediction.map_size) == entry["network_size_px"]
+    at_image_size = prediction.at_image_size()
+    for name in MASKS:
+        np.testing.assert_array_equal(
+            getattr(prediction, name), expected(vectors, entry, name) > 0, name
+        )
+        np.testing.assert_array_equal(
+            getattr(at_image_size, name), expected(vectors, entry, f"{name}_at_image_size") > 0
+        )
+    for name in METRES:
+        np.testing.assert_allclose(
+            getattr(prediction, name), expected(vectors, entry, name), rtol=1e-6
+        )
+
+
+def test_cameras_are_those_of_the_photo(manifest):
+    """Pieces of one photo see a point in its direction: at its own pixel of each."""
+    photo = decode(EXAMPLE_PHOTO)
+    camera = fp.Intrinsics.from_focal_35mm(photo.focal_35mm, photo.size)
+    height, width = photo.size
+    x, y = width - 100, height - 50  # in every piece
+    direction = np.array([(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy])
+    for entry, subject in zip(manifest["vectors"], subjects(photo), strict=True):
+        side, up = entry["image_size_px"][1], entry["image_size_px"][0]
+        fraction = side / up * height  # width of the piece in the photo
+        u = (x + 0.5 - (width - fraction)) / fraction * side - 0.5
+        v = (y + 0.5) / height * up - 0.5
+        found = entry["image_intrinsics_px"]
+        seen = np.array([(u - found["cx"]) / found["fx"], (v - found["cy"]) / found["fy"]])
+        np.testing.assert_allclose(seen, direction, atol=2e-3)
+        assert subject.name == entry["name"]
+
+
+def port_of(model, manifest, *, change_input=None, change_maps=None, change=None, scale=None):
+    """A port that is right but for one mistake."""
+
+    def port(entry, network_input):
+        seen = network_input if change_input is None else change_input(network_input)
+        maps = model.engine.run(np.ascontiguousarray(seen))
+        maps = maps if change_maps is None else change_maps(maps)
+        facts = entry | {"depth_range_m": scale} if scale else entry
+        results = derived(maps, facts, manifest["threshold"])
+        return {"input": seen, "maps": maps} | (
+            results if change is None else change(results, maps)
+        )
+
+    return port
+
+
+def test_a_right_port_passes(model, vectors, manifest, tmp_path):
+    outputs = write_port(tmp_path / "port", vectors, manifest, port_of(model, manifest))
+    assert failing(check_vectors(vectors, outputs)) == set()
+
+
+def at_threshold(value):
+    def change(results, maps):
+        visible, ground = maps[0, :2] > value
+        return results | dict(zip(MASKS, (visible, ground, ground & ~visible), strict=True))
+
+    return change
+
+
+def lowered(image):
+    """Nearest neighbours: a resize without antialiasing."""
+    small = image[0, ::2, ::2]
+    return np.repeat(np.repeat(small, 2, 0), 2, 1)[None]
+
+
+MISTAKES = {
+    "BGR": ({"change_input": lambda x: x[..., ::-1]}, {"input", "maps[0]", "visible_ground"}),
+    "a resize without antialiasing": ({"change_input": lowered}, {"input", "maps[0]"}),
+    "rows from the bottom": ({"change_input": lambda x: x[:, ::-1]}, {"input", "maps[1]"}),
+    "visible ground and ground swapped": (
+        {"change_maps": lambda maps: maps[:, [1, 0, 2, 3]]},
+        {"maps[0]", "maps[1]", "visible_ground", "ground"},
+    ),
+    "depths swapped": (
+        {"change_maps": lambda maps: maps[:, [0, 1, 3, 2]]},
+        {"maps[2] as depth", "maps[3] as depth"},
+    ),
+    "masks after depths": (
+        {"change_maps": lambda maps: maps[:, [2, 3, 0, 1]]},
+        {"maps[0]", "maps[2] as depth", "ground"},
+    ),
+    "no threshold": (
+        {"change": at_threshold(0)},
+        {"ground of the port's maps", "visible_ground of the port's maps", "ground"},
+    ),
+    "a threshold of 0.62": ({"change": at_threshold(0.62)}, {"ground of the port's maps"}),
+    "hidden ground that is all ground": (
+        {"change": lambda results, _: results | {"hidden_ground": results["ground"]}},
+        {"hidden_ground of the port's maps"},
+    ),
+    "no camera": (
+        {"scale": [0.1, 100.0]},
+        {f"{name} of the port's maps" for name in METRES},
+    ),
+    "ground depth where there is none": (
+        {"change": lambda results, _: results | {"ground_depth_m": results["visible_depth_m"]}},
+        {"ground_depth_m of the port's maps"},
+    ),
+    "maps that are not numbers": ({"change_maps": lambda maps: maps * np.nan}, {"maps"}),
+    "maps turned": (
+        {"change": lambda results, maps: results | {"maps": maps.transpose(0, 2, 3, 1)}},
+        {"maps"},
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_port_with_a_mistake_fails(mistake, model, vectors, manifest, tmp_path):
+    options, caught = MISTAKES[mistake]
+    port = port_of(model, manifest, **options)
+    outputs = write_port(tmp_path / "port", vectors, manifest, port)
+    findings = check_vectors(vectors, outputs)
+    assert caught <= failing(findings)
+    for entry in manifest["vectors"]:  # each vector on its own would show it
+        assert failing(f for f in findings if f.vector == entry["name"]), entry["name"]
+
+
+def test_what_a_port_does_not_write_fails_or_is_left_out(vectors, tmp_path):
+    outputs = tmp_path / "port"
+    shutil.copytree(vectors, outputs)
+    (outputs / "square" / "ground.png").unlink()
+    (outputs / "tiny" / "input.npy").unlink()
+    (outputs / "tiny" / "ground_at_image_size.png").unlink()
+    shutil.rmtree(outputs / "portrait")
+    findings = [finding for finding in check_vectors(vectors, outputs) if not finding.holds]
+    assert {finding.vector for finding in findings} == {"square", "portrait"}
+    assert {f.quantity for f in findings if f.vector == "square"} == {"ground"}
+    assert "not written" in str(findings[0])
+
+
+def test_a_damaged_output_is_a_finding_and_no_crash(vectors, tmp_path):
+    outputs = tmp_path / "port"
+    shutil.copytree(vectors, outputs)
+    (outputs / "tiny" / "ground.png").write_bytes(b"no picture")
+    (outputs / "tiny" / "maps.npy").write_bytes(b"no array")
+    assert failing(check_vectors(vectors, outputs)) == {"ground", "maps"}
+
+
+def test_openvino_passes(vectors, manifest, tmp_path):
+    pytest.importorskip("openvino", reason="the extra openvino is not installed")
+    port = port_of(fp.load(engine="openvino", threads=1), manifest)
+    outputs = write_port(tmp_path / "port", vectors, manifest, port)
+    assert failing(check_vectors(vectors, outputs)) == set()
+
+
+def test_a_file_of_fixed_size_has_vectors_of_that_size(edge_fixed, tmp_path):
+    path, _ = edge_fixed
+    write_vectors(fp.load(path, threads=1), tmp_path)
+    written = json.loads((tmp_path / "vectors.json").read_text())
+    assert {tuple(entry["network_size_px"]) for entry in written["vectors"]} == {(64, 96)}
+    assert written["model"]["fixed_size_px"] == [64, 96]
+    assert failing(check_vectors(tmp_path, tmp_path)) == set()
+
+
+def test_the_command_prints_the_files_and_the_check_exits_with_1(tmp_path):
+    run = CliRunner().invoke
+    done = run(cli.app, ["vectors", "edge", "-o", str(tmp_path / "v")])
+    assert done.exit_code == 0, done.output
+    assert all((tmp_path / line).is_file() for line in done.stdout.splitlines())
+    shutil.copytree(tmp_path / "v", tmp_path / "port")
+    arguments = ["check-vectors", str(tmp_path / "v"), str(tmp_path / "port")]
+    assert run(cli.app, arguments).exit_code == 0
+    maps = np.load(tmp_path / "port" / "tiny" / "maps.npy")
+    np.save(tmp_path / "port" / "tiny" / "maps.npy", maps[:, ::-1])
+    done = run(cli.app, arguments)
+    assert done.exit_code == 1
+    assert "DIFFERS tiny: maps[0]" in done.stdout
+    assert "DIFFERS landscape" not in done.stdout
+
+
+def test_a_folder_that_holds_no_vectors_is_a_usage_error(tmp_path):
+    done = CliRunner().invoke(cli.app, ["check-vectors", str(tmp_path), str(tmp_path)])
+    assert done.exit_code == 2
+    assert "fp-export vectors" in done.stderr
+
+
+def test_vectors_of_another_format_are_refused(vectors, manifest, tmp_path):
+    (tmp_path / "vectors.json").write_text(json.dumps(manifest | {"format": 99}))
+    with pytest.raises(ExportError, match="format 99"):
+        check_vectors(tmp_path, vectors)
+
+
+def test_a_photo_that_is_not_there_is_named(model, tmp_path):
+    with pytest.raises(ExportError, match=r"gone\.jpg.*--photo"):
+        write_vectors(model, tmp_path, tmp_path / "gone.jpg")

@@ -1,0 +1,165 @@
+"""Checkpoints: what is refused, why, and that nothing of it ever runs."""
+
+import os
+import pickle
+import random
+import zipfile
+
+import pytest
+import torch
+from torch import nn
+
+from footprints_edge.errors import ModelError
+from footprints_edge_models.networks.checkpoint import file_sha256, load_weights, read_checkpoint
+
+
+def network():
+    return nn.Sequential(nn.Conv2d(3, 4, 1), nn.BatchNorm2d(4))
+
+
+class RunsCode:
+    """Makes a folder when it is unpickled."""
+
+    def __init__(self, folder):
+        self.folder = str(folder)
+
+    def __reduce__(self):
+        return os.mkdir, (self.folder,)
+
+
+def test_what_was_saved_comes_back(tmp_path):
+    torch.manual_seed(1)
+    source, target = network(), network()
+    torch.save(source.state_dict(), tmp_path / "a.pth")
+    load_weights(target, read_checkpoint(tmp_path / "a.pth"), "a.pth")
+    for key, tensor in source.state_dict().items():
+        assert torch.equal(target.state_dict()[key], tensor), key
+
+
+def test_missing_keys_are_named():
+    weights = network().state_dict()
+    del weights["0.bias"], weights["1.running_var"]
+    with pytest.raises(ModelError, match=r"2 missing: 0\.bias, 1\.running_var") as caught:
+        load_weights(network(), weights, "a.pth")
+    assert "a.pth" in str(caught.value)
+    assert "unexpected" not in str(caught.value)
+
+
+def test_unexpected_keys_are_named():
+    weights = network().state_dict() | {"extra.weight": torch.zeros(1)}
+    with pytest.raises(ModelError, match=r"1 unexpected: extra\.weight"):
+        load_weights(network(), weights, "a.pth")
+
+
+def test_misshapen_keys_are_named_with_both_shapes():
+    weights = network().state_dict() | {"0.weight": torch.zeros(4, 1, 1, 1)}
+    with pytest.raises(ModelError, match=r"0\.weight \(4, 1, 1, 1\) instead of \(4, 3, 1, 1\)"):
+        load_weights(network(), weights, "a.pth")
+
+
+def test_all_problems_come_at_once_and_a_long_list_is_cut():
+    weights = {f"strange.{i}": torch.zeros(1) for i in range(9)}
+    with pytest.raises(ModelError, match=r"missing.*9 unexpected.* and 4 more"):
+        load_weights(network(), weights, "a.pth")
+
+
+def test_a_refused_checkpoint_changes_no_weight():
+    target = network()
+    before = {key: tensor.clone() for key, tensor in target.state_dict().items()}
+    weights = {key: tensor + 1 for key, tensor in before.items()} | {"1.bias": torch.zeros(7)}
+    with pytest.raises(ModelError):
+        load_weights(target, weights, "a.pth")
+    assert all(torch.equal(before[key], tensor) for key, tensor in target.state_dict().items())
+
+
+def test_a_state_dict_nested_in_another_dict_is_told_what_to_save(tmp_path):
+    torch.save({"state_dict": network().state_dict(), "epoch": 3}, tmp_path / "a.pth")
+    with pytest.raises(ModelError, match="state dict of named tensors"):
+        load_weights(network(), read_checkpoint(tmp_path / "a.pth"), "a.pth")
+
+
+def test_a_whole_pickled_network_is_refused(tmp_path):
+    torch.save(network(), tmp_path / "a.pth")
+    with pytest.raises(ModelError, match=r"a\.pth.*state_dict\(\)"):
+        read_checkpoint(tmp_path / "a.pth")
+
+
+@pytest.mark.parametrize("is_zip", [True, False])
+def test_a_checkpoint_that_would_run_code_does_not_run_it(tmp_path, is_zip):
+    path, made = tmp_path / "evil.pth", tmp_path / "made-by-the-pickle"
+    if is_zip:
+        torch.save({"weight": RunsCode(made)}, path)
+    else:
+        path.write_bytes(pickle.dumps({"weight": RunsCode(made)}, protocol=2))
+    with pytest.raises(ModelError, match=r"evil\.pth"):
+        read_checkpoint(path)
+    assert not made.exists()
+    # The very same file does run its code where nobody guards against it.
+    torch.load(path, weights_only=False) if is_zip else pickle.loads(path.read_bytes())
+    assert made.is_dir()
+
+
+def test_no_such_file(tmp_path):
+    with pytest.raises(ModelError, match=r"absent\.pth: no such checkpoint"):
+        read_checkpoint(tmp_path / "absent.pth")
+
+
+def test_a_folder(tmp_path):
+    with pytest.raises(ModelError, match=str(tmp_path.name)):
+        read_checkpoint(tmp_path)
+
+
+def test_an_empty_file(tmp_path):
+    (tmp_path / "a.pth").touch()
+    with pytest.raises(ModelError, match=r"a\.pth"):
+        read_checkpoint(tmp_path / "a.pth")
+
+
+@pytest.mark.parametrize(
+    "text", ["<!DOCTYPE html><p>404</p>", "version https://git-lfs.github.com/spec/v1\n", "hello"]
+)
+def test_a_text_file(tmp_path, text):
+    (tmp_path / "a.pth").write_text(text)
+    with pytest.raises(ModelError, match=r"a\.pth"):
+        read_checkpoint(tmp_path / "a.pth")
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+def test_a_truncated_download(tmp_path, share):
+    torch.save(network().state_dict(), tmp_path / "whole.pth")
+    data = (tmp_path / "whole.pth").read_bytes()
+    (tmp_path / "a.pth").write_bytes(data[: int(share * len(data))])
+    with pytest.raises(ModelError, match=r"a\.pth.*damaged"):
+        read_checkpoint(tmp_path / "a.pth")
+
+
+@pytest.mark.parametrize("is_zip", [True, False])
+def test_damaged_bytes_never_end_in_another_error(tmp_path, is_zip):
+    """Whatever a damaged byte makes of the pickle, the user gets one kind of error."""
+    path, rng, refused = tmp_path / "a.pth", random.Random(0), 0
+    torch.save(network().state_dict(), path, _use_new_zipfile_serialization=is_zip)
+    whole = path.read_bytes()
+    for _ in range(150):
+        damaged = bytearray(whole)
+        for _ in range(5):
+            damaged[rng.randrange(len(damaged))] = rng.randrange(256)
+        path.write_bytes(damaged)
+        try:
+            read_checkpoint(path)
+        except ModelError:
+            refused += 1
+    assert refused > 50
+
+
+def test_a_zip_of_something_else(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.pth", "w") as archive:
+        archive.writestr("readme.txt", "hello")
+    with pytest.raises(ModelError, match=r"a\.pth"):
+        read_checkpoint(tmp_path / "a.pth")
+
+
+def test_sha256_is_that_of_the_standard(tmp_path):
+    (tmp_path / "abc").write_bytes(b"abc")  # the example of FIPS 180-2
+    assert file_sha256(tmp_path / "abc") == (
+        "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    )

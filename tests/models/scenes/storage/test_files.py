@@ -1,0 +1,221 @@
+"""Folders of made scenes: what is read is what was true; any number of processes writes the same
+bytes; splits share nothing; the samples that training draws."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from footprints_edge.geometry.camera import rays
+from footprints_edge_models.cli import app
+from footprints_edge_models.data.datasets import DatasetError, load_datasets
+from footprints_edge_models.sample import NO, TAKEN, UNSEEN, YES
+from footprints_edge_models.scenes.assets.textures import (
+    KINDS,
+    TextureKey,
+    TextureLibrary,
+    photo_split,
+)
+from footprints_edge_models.scenes.generate import make_scene
+from footprints_edge_models.scenes.ground_truth.truth import (
+    BEHIND_WALL,
+    FOOTPRINT,
+    GROUND_ANYWHERE,
+    VISIBLE_GROUND,
+)
+from footprints_edge_models.scenes.make import make_scenes
+from footprints_edge_models.scenes.storage.dataset import MOST_BEHIND_WALL_M, read_scenes
+from footprints_edge_models.scenes.storage.files import (
+    SceneFilesError,
+    SceneSettings,
+    read_scene,
+    read_settings,
+    scene_names,
+)
+
+SIZE = (96, 160)
+
+
+def fill(folder, count=4, *, jobs=1, split="train", seed=3, textures=()):
+    reported = []
+    settings = SceneSettings(split, seed, SIZE)
+    make_scenes(folder, settings, list(textures), count, jobs, reported.append)
+    return reported
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data") / "made_scenes"
+    fill(folder, 8)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def apart(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data") / "made_test"
+    fill(folder, 3, split="test")
+    return folder
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_what_is_read_is_what_was_true(folder, library, number):
+    made, read = make_scene(library, 3, number, SIZE), read_scene(folder, f"{number:06d}")
+    assert np.array_equal(read.truth.bits, made.truth.bits)
+    assert read.intrinsics == made.camera.intrinsics
+    assert np.array_equal(read.truth.ground_depth_m > 0, made.truth.ground_depth_m > 0)
+    # beyond a few degrees of the horizon, half a millimetre of height is a lot of depth
+    for name, tolerance in (("ground_depth_m", 0.002), ("visible_depth_m", 0.005)):
+        mine, theirs = getattr(read.truth, name), getattr(made.truth, name)
+        known = (theirs > 0.25) & (theirs < 80)
+        assert np.allclose(mine[known], theirs[known], rtol=tolerance)
+    difference = np.abs(read.image.astype(float) - made.image).mean()
+    assert difference < 12
+
+
+def test_any_number_of_processes_writes_the_same_bytes(folder, tmp_path):
+    fill(tmp_path / "two", 8, jobs=2)
+    names = scene_names(folder)
+    assert len(names) == 8
+    for name in names:
+        for part in (f"images/{name}.jpg", f"truth/{name}.npz"):
+            assert (folder / part).read_bytes() == (tmp_path / "two" / part).read_bytes()
+
+
+def test_a_folder_is_gone_on_with_and_kept(folder, tmp_path):
+    fill(tmp_path, 3)
+    before = {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*.npz")}
+    (tmp_path / "truth" / "000001.npz").unlink()
+    reported = fill(tmp_path, 5)
+    assert sorted(size > 0 for size in reported) == [False, False, True, True, True]
+    assert len(scene_names(tmp_path)) == 5
+    for path, stamp in before.items():
+        if path.stem != "000001":
+            assert path.stat().st_mtime_ns == stamp
+    again = (tmp_path / "truth" / "000001.npz").read_bytes()
+    assert again == (folder / "truth" / "000001.npz").read_bytes()
+    assert not list(tmp_path.rglob("*.part*"))
+
+
+def test_other_settings_are_refused(folder):
+    with pytest.raises(SceneFilesError, match="another folder"):
+        fill(folder, 1, seed=4)
+
+
+def test_a_damaged_scene_is_named(tmp_path):
+    fill(tmp_path, 1)
+    path = tmp_path / "truth" / "000000.npz"
+    path.write_bytes(path.read_bytes()[:500])
+    with pytest.raises(SceneFilesError, match=r"000000\.npz"):
+        read_scene(tmp_path, "000000")
+
+
+def test_samples_say_what_is_known(folder):
+    samples = read_scenes(folder)
+    assert len(samples) == 8
+    for name, sample in zip(samples.names, samples, strict=True):
+        truth = read_scene(folder, name).truth
+        assert ((sample.visible_ground == YES) == (truth.bits & VISIBLE_GROUND > 0)).all()
+        assert set(np.unique(sample.visible_ground)) <= {NO, YES}
+        gap_m = truth.ground_depth_m - truth.visible_depth_m
+        far = (truth.bits & BEHIND_WALL > 0) & (gap_m > MOST_BEHIND_WALL_M)
+        assert ((sample.ground == UNSEEN) == far).all()
+        known = truth.bits & GROUND_ANYWHERE > 0
+        assert ((sample.ground == TAKEN) == ((truth.bits & FOOTPRINT > 0) & ~far)).all()
+        assert ((sample.ground == YES) == (known & ~far)).all()
+        assert ((sample.ground_depth_m > 0) == (sample.ground == YES)).all()
+        assert not ((sample.visible_ground == YES) & (sample.ground != YES)).any()
+    half = samples[2:5]
+    assert half.names == samples.names[2:5]
+    assert np.array_equal(half[0].image, samples[2].image)
+
+
+def test_training_finds_them_and_reads_them_when_drawn(folder):
+    dataset = load_datasets(folder.parent)["made_scenes"]
+    assert len(dataset.train) == 8
+    assert dataset.train[0].image.shape[2] == 3
+
+
+def test_test_scenes_are_not_trained_on(apart):
+    with pytest.raises(SceneFilesError, match="test split"):
+        read_scenes(apart)
+    (apart.parent / "made_scenes").symlink_to(apart)
+    with pytest.raises(DatasetError, match="test split"):
+        load_datasets(apart.parent)
+
+
+def test_splits_share_no_scene(folder, apart):
+    train, test = read_scene(folder, "000000"), read_scene(apart, "000000")
+    assert train.image.shape != test.image.shape or not np.array_equal(train.image, test.image)
+
+
+def test_splits_share_no_texture():
+    train, test = TextureLibrary("train"), TextureLibrary("test")
+    for kind in set(KINDS) - {"blank"}:  # one grey, to be tinted
+        drawn = {train.draw(TextureKey(kind, n)).tobytes() for n in range(4)}
+        assert not drawn & {test.draw(TextureKey(kind, n)).tobytes() for n in range(4)}
+
+
+def test_a_photo_gives_textures_to_one_split(tmp_path):
+    rng = np.random.default_rng(0)
+    for number in range(40):
+        picture = rng.integers(0, 255, (40, 50, 3), dtype=np.uint8)
+        cv2.imwrite(str(tmp_path / f"{number}.png"), picture)
+    train, test = (TextureLibrary.over(split, [tmp_path]).photos for split in ("train", "test"))
+    assert len(train) + len(test) == 40
+    assert train
+    assert test
+    assert not set(train) & set(test)
+    moved = test[0].rename(tmp_path / "moved.png")  # its bytes decide, not its name
+    assert photo_split(moved) == "test"
+
+
+def test_textures_tile():
+    library = TextureLibrary("train")
+    for kind in ("concrete", "carpet", "fabric", "plaster", "grass"):
+        texture = library.draw(TextureKey(kind, 1)).astype(float)
+        seam = np.abs(texture[:, 0] - texture[:, -1]).mean()
+        inside = np.abs(np.diff(texture, axis=1)).mean()
+        assert seam < 3 * inside + 2, kind
+
+
+def test_boxes_and_voxels_are_what_the_bench_reads(apart):
+    from footprints_edge_bench.geometry.boxes import read_boxes
+    from footprints_edge_bench.geometry.voxels import read_voxels
+
+    boxes = read_boxes(apart / "boxes.json")
+    assert set(boxes) == {f"{apart.name}/{name}" for name in scene_names(apart)}
+    assert any(boxes.values())
+    for name in scene_names(apart):
+        made = read_scene(apart, name)
+        size = made.image.shape[:2]
+        grid = read_voxels(apart / "voxels" / f"{name}.npz")
+        depth_m, _ = grid.floor(made.intrinsics, size)
+        visible_m = made.truth.visible_depth_m
+        # SSCNet's volume ends 2.4 m to the side of the camera and 4.8 m ahead
+        right = np.abs(rays(made.intrinsics, size)[..., 0])
+        near = (made.truth.bits & VISIBLE_GROUND > 0) & (visible_m * np.maximum(right, 0.6) < 2)
+        both = near & np.isfinite(depth_m)
+        assert both.sum() >= 0.9 * near.sum()
+        assert not np.isfinite(depth_m[visible_m > 6]).any()
+        assert np.abs(depth_m[both] / visible_m[both] - 1).mean() < 0.08
+
+
+def test_the_command_makes_goes_on_and_shows(tmp_path):
+    sheet = tmp_path / "sheet.png"
+    arguments = ["scenes", str(tmp_path / "out"), "--count", "2", "--size", "64x96", "-j", "1"]
+    first = CliRunner().invoke(app, arguments)
+    assert first.exit_code == 0, first.output
+    said = json.loads(first.stdout.splitlines()[-1])
+    assert (said["made"], said["kept"]) == (2, 0)
+    assert said["scenes_per_second_and_process"] > 0
+    second = CliRunner().invoke(app, [*arguments, "--preview", str(sheet)])
+    assert json.loads(second.stdout.splitlines()[-1])["kept"] == 2
+    assert cv2.imread(str(sheet)).shape[1] > 500
+    assert read_settings(tmp_path / "out").size == (64, 96)
+
+
+def test_a_folder_without_scenes_is_explained(tmp_path):
+    with pytest.raises(SceneFilesError, match="fp-train scenes"):
+        read_scenes(tmp_path)

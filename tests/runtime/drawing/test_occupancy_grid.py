@@ -1,0 +1,115 @@
+"""The ground from above as a picture, and beside the overlay."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from footprints_edge.drawing.colormap import colours_of
+from footprints_edge.drawing.occupancy_grid import draw_top_down
+from footprints_edge.drawing.overlay import LEGEND_PX, draw_overlay
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.navigation.occupancy_grid import HIDDEN, OCCUPIED, UNKNOWN, VISIBLE
+from footprints_edge.prediction import ModelInfo, Prediction
+
+ROWS = 40
+CELL_M = 0.1
+
+
+def drawn(cells, height_px=400, **options):
+    return np.asarray(draw_top_down(cells, CELL_M, height_px, **options)).astype(int)
+
+
+def block(picture, row, column, px=10):
+    """The pixels of a cell, without its rim."""
+    return picture[row * px + 2 : row * px + px - 2, column * px + 2 : column * px + px - 2]
+
+
+def test_each_kind_of_cell_is_told_from_the_others_and_left_is_left():
+    cells = np.full((ROWS, 2 * ROWS), UNKNOWN, np.uint8)
+    cells[5:9, 10:14] = VISIBLE
+    cells[5:9, 60:66] = HIDDEN
+    cells[20:24, 20:24] = OCCUPIED
+    picture = drawn(cells)
+    assert picture.shape == (400, 800, 3)
+    x_m, y_m = (ROWS - 6 - 0.5) * CELL_M, (ROWS - 11 - 0.5) * CELL_M
+    expected = colours_of(np.float32([np.hypot(x_m, y_m)]))[0].astype(int)
+    assert np.abs(block(picture, 6, 11) - expected).max() < 12
+    hidden = picture[52:88, 602:658].reshape(-1, 3)
+    grey = (hidden == 70).all(axis=1).mean()
+    assert 0.3 < grey < 0.7  # the stripes of the hatching
+    occupied, unknown = block(picture, 21, 21), block(picture, 30, 5)
+    assert occupied.max() < 20 < unknown.min() < unknown.max() < 70
+
+
+def test_a_square_picture_shows_the_middle():
+    cells = np.full((ROWS, 2 * ROWS), UNKNOWN, np.uint8)
+    cells[:, ROWS - 1 : ROWS + 1] = OCCUPIED  # straight ahead
+    picture = drawn(cells, square=True)
+    assert picture.shape == (400, 400, 3)
+    assert block(picture, 8, 19).max() < 20 < block(picture, 8, 10).min()
+
+
+@pytest.fixture
+def prediction():
+    """A level floor 1.5 m below the camera."""
+    camera = Intrinsics(100, 100, 63.5, 20.0)
+    depth_m = 1.5 / (np.cos(0.35) * (np.arange(96) - 20) / 100 + np.sin(0.35))
+    depth_m = np.repeat(depth_m.astype(np.float32)[:, None], 128, 1)
+    ones = np.ones((96, 128), np.float32)
+    picture = DecodedImage(np.full((360, 480, 3), 90, np.uint8))
+    model = ModelInfo("made up", "fp32", "0" * 64, "none")
+    return Prediction(ones, ones, depth_m, depth_m, picture, camera, 0.5, model, {})
+
+
+def test_the_panel_stands_beside_an_overlay_that_stays_as_it_is(prediction):
+    plain, wide = (np.asarray(draw_overlay(prediction, top_down=on)) for on in (False, True))
+    height, width = plain.shape[:2]
+    assert wide.shape == (height, width + height, 3)
+    np.testing.assert_array_equal(wide[:, :width], plain)
+    ahead = wide[round(0.6 * height), width + height // 2].astype(int)  # 4 m ahead there is floor
+    assert np.abs(ahead - colours_of(np.float32([4.0]))[0]).max() < 25
+
+
+def test_without_a_plane_the_panel_knows_nothing(prediction):
+    none = replace(prediction, ground_probability=np.zeros((96, 128), np.float32))
+    panel = np.asarray(draw_overlay(none, top_down=True))[:, -200:]
+    colourful = np.ptp(panel.astype(int), axis=-1) > 40
+    assert not colourful.any()
+
+
+def test_the_format_writes_it(prediction, tmp_path):
+    (path,) = prediction.save(tmp_path, ["topdown_picture"], name="a.jpg")
+    assert path.name == "a.jpg.topdown_picture.png"
+
+
+@pytest.mark.parametrize("size", [(90, 121), (61, 400)])
+def test_a_frame_of_a_video_shows_what_its_overlay_shows(prediction, size):
+    pytest.importorskip("cv2")
+    from footprints_edge.video.overlay import VideoOverlay
+
+    visible, ground = np.zeros((96, 128), np.float32), np.zeros((96, 128), np.float32)
+    visible[48:, :42] = 1
+    ground[48:, :85] = 1
+    rng = np.random.default_rng(0)
+    rgb = rng.integers(60, 120, (*size, 3), dtype=np.uint8)
+    frame = replace(
+        prediction,
+        visible_ground_probability=visible,
+        ground_probability=ground,
+        picture=DecodedImage(rgb),
+    )
+    bgr = VideoOverlay().draw(frame)
+    assert bgr.shape[0] % 2 == 0 and bgr.shape[1] % 2 == 0
+    height, width = size
+    assert bgr.shape[0] > height
+    left = (max(width, LEGEND_PX) - width) // 2
+    shown = bgr[:height, left : left + width, ::-1].astype(int)
+    untouched = (slice(0, height // 2 - 4), slice(None))
+    np.testing.assert_array_equal(shown[untouched], rgb[untouched])
+    ground_rows = slice(height // 2 + 6, height - 3)
+    seen = shown[ground_rows, 5 : width // 3 - 6]
+    assert np.ptp(seen.mean(axis=(0, 1))) > 40  # tinted
+    hidden = shown[ground_rows, width // 3 + 6 : 2 * width // 3 - 6].astype(float)
+    assert hidden.mean(axis=-1).std() > 1.5 * seen.mean(axis=-1).std()  # hatched

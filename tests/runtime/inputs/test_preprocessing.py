@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from footprints_edge.inputs.preprocessing import BUDGET_PX, FILTERS, preprocess, working_size
+
+SIDES = st.integers(1, 20_000)
+
+
+@pytest.mark.parametrize(
+    ("image_size", "expected"),
+    [
+        ((1080, 1920), (256, 448)),
+        ((1920, 1080), (448, 256)),
+        ((3000, 4000), (288, 384)),
+        ((4000, 3000), (384, 288)),
+        ((1, 1_000_000), (64, 2048)),
+        ((1, 1), (352, 352)),
+    ],
+)
+def test_sizes_of_common_pictures(image_size, expected):
+    assert working_size(image_size) == expected
+
+
+@given(SIDES, SIDES)
+def test_every_size_is_a_multiple_of_32_within_budget_and_turns_with_the_picture(height, width):
+    h, w = working_size((height, width))
+    assert h % 32 == 0 and w % 32 == 0 and min(h, w) >= 32
+    assert h * w <= 1.15 * BUDGET_PX
+    assert working_size((width, height)) == (w, h)
+
+
+@given(st.floats(1 / 3, 3))
+def test_usual_shapes_are_squeezed_by_little_and_use_the_budget(aspect):
+    h, w = working_size((1000, round(1000 * aspect)))
+    assert w / h == pytest.approx(aspect, rel=0.16)
+    assert h * w >= 0.75 * BUDGET_PX
+
+
+@pytest.mark.parametrize(
+    ("name", "resampling"),
+    [("lanczos", Image.Resampling.LANCZOS), ("bilinear", Image.Resampling.BILINEAR)],
+)
+def test_preprocessing_is_pillows_resize(name, resampling):
+    rgb = np.random.default_rng(0).integers(0, 256, (97, 131, 3), np.uint8)
+    result = preprocess(rgb, (64, 96), name)
+    assert result.dtype == np.uint8
+    assert result.shape == (1, 64, 96, 3)
+    np.testing.assert_array_equal(
+        result[0], np.asarray(Image.fromarray(rgb).resize((96, 64), resampling))
+    )
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_a_much_larger_picture_comes_out_as_if_it_were_resized_at_once(name):
+    noise = np.random.default_rng(0).integers(0, 256, (75, 100, 3), np.uint8)
+    rgb = np.asarray(Image.fromarray(noise).resize((2000, 1500), Image.Resampling.BICUBIC))
+    exact = Image.fromarray(rgb).resize((192, 160), FILTERS[name])
+    off = np.abs(preprocess(rgb, (160, 192), name)[0].astype(int) - np.asarray(exact))
+    assert off.max() <= 3
+    assert np.percentile(off, 99) <= 1
+
+
+@given(st.integers(64, 5 * 64), st.integers(64, 5 * 96))
+def test_a_picture_of_no_more_than_six_times_the_size_is_resized_at_once(height, width):
+    rgb = np.random.default_rng(height).integers(0, 256, (height, width, 3), np.uint8)
+    exact = Image.fromarray(rgb).resize((96, 64), Image.Resampling.LANCZOS)
+    np.testing.assert_array_equal(preprocess(rgb, (64, 96))[0], np.asarray(exact))

@@ -1,0 +1,107 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import footprints_edge as fp
+from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.outputs.json_summary import summarise
+from footprints_edge.prediction import ModelInfo, Prediction
+
+SIZE = (96, 128)
+CAMERA = Intrinsics(100, 105, 63.0, 20.0)
+DOWN = np.array([0.05, np.cos(0.35), np.sin(0.35)])
+
+
+def plane_m(height_m):
+    fall = rays(CAMERA, SIZE) @ (DOWN / np.linalg.norm(DOWN))
+    return (height_m / np.maximum(fall, 1e-3)).astype(np.float32)
+
+
+def floor(depth_m, ground=None):
+    probability = np.ones(SIZE, np.float32) if ground is None else ground.astype(np.float32)
+    return Prediction(
+        visible_ground_probability=probability,
+        ground_probability=probability,
+        visible_depth_m=depth_m,
+        unmasked_ground_depth_m=depth_m,
+        picture=DecodedImage(np.zeros((*SIZE, 3), np.uint8)),
+        intrinsics=CAMERA,
+        threshold=0.5,
+        model=ModelInfo("made up", "fp32", "0" * 64, "none"),
+        timings_ms={},
+    )
+
+
+def test_noise_on_a_floor_goes_and_everything_else_stays():
+    rng = np.random.default_rng(0)
+    exact = plane_m(1.5)
+    noisy = (exact * np.exp(rng.normal(0, 0.05, SIZE))).astype(np.float32)
+    prediction = floor(noisy)
+    flat = prediction.flattened()
+    np.testing.assert_allclose(flat.unmasked_ground_depth_m, exact, rtol=0.01)
+    np.testing.assert_array_equal(flat.visible_depth_m, noisy)
+    np.testing.assert_array_equal(flat.ground_probability, prediction.ground_probability)
+
+
+def test_the_plane_and_its_error_are_those_of_what_the_network_said():
+    noise = np.random.default_rng(0).normal(0, 0.05, SIZE)
+    prediction = floor((plane_m(1.5) * np.exp(noise)).astype(np.float32))
+    flat = prediction.flattened().at_size((48, 64))
+    assert flat.ground_plane().error_m == prediction.ground_plane().error_m > 0.01
+    inverse_depth = np.reciprocal(flat.unmasked_ground_depth_m[1:-1])  # a resize bends the border
+    np.testing.assert_allclose(np.diff(inverse_depth, 2, axis=0), 0, atol=2e-5)  # still a plane
+
+
+def test_another_level_keeps_its_depth():
+    """A platform that takes a quarter of the picture, much nearer than the floor."""
+    depth_m = plane_m(1.5)
+    depth_m[:48, :64] = plane_m(0.6)[:48, :64]
+    flat = floor(depth_m).flattened()
+    np.testing.assert_allclose(flat.unmasked_ground_depth_m, depth_m, rtol=1e-3)
+
+
+def test_ground_that_is_no_plane_stays_as_it_is():
+    bumpy = (plane_m(1.5) * np.exp(np.random.default_rng(1).normal(0, 0.4, SIZE))).astype(
+        np.float32
+    )
+    prediction = floor(bumpy)
+    assert prediction.flattened() is prediction
+
+
+def test_without_a_plane_it_is_the_prediction_itself():
+    prediction = floor(plane_m(1.5), np.zeros(SIZE, bool))
+    assert prediction.flattened() is prediction
+
+
+def test_nothing_above_the_horizon_is_touched():
+    camera = replace(CAMERA, cy=70.0)
+    depth_m = np.full(SIZE, 50, np.float32)
+    fall = rays(camera, SIZE)[..., 1]
+    depth_m[fall > 0.05] = (1.5 / fall[fall > 0.05]).astype(np.float32)
+    prediction = replace(floor(depth_m, fall > 0.05), intrinsics=camera)
+    flat = prediction.flattened()
+    above = fall <= 0
+    np.testing.assert_array_equal(flat.unmasked_ground_depth_m[above], depth_m[above])
+    assert np.isfinite(flat.unmasked_ground_depth_m).all()
+
+
+def test_predict_lays_the_ground_flat_unless_it_is_told_not_to():
+    room = Path(__file__).parents[3] / "examples" / "room.jpg"
+    model = fp.load(threads=1)
+    flat, plain = model.predict(room), model.predict(room, flatten=False)
+    np.testing.assert_array_equal(flat.ground, plain.ground)
+    np.testing.assert_array_equal(flat.visible_depth_m, plain.visible_depth_m)
+    expected = plain.flattened().ground_depth_m
+    np.testing.assert_array_equal(flat.ground_depth_m, expected)
+    ratio = (flat.ground_depth_m / plain.ground_depth_m)[flat.ground]
+    assert 0.01 < np.abs(np.log(ratio)).mean() < 0.2
+    assert plain.laid_onto is None
+    assert flat.ground_plane() is flat.laid_onto
+    assert flat.flattened() is flat
+    plane = summarise(flat)["ground_plane"]
+    assert plane["camera_height_m"] == pytest.approx(1.5, abs=0.25)  # as the picture was made
+    assert plane["pitch_deg"] == pytest.approx(12, abs=5)
+    assert summarise(plain)["ground_plane"] is None

@@ -1,0 +1,187 @@
+import io
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from footprints_edge.errors import GroundPlaneError, OutputError
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.geometry.ground_plane import fit_ground_plane
+from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.navigation.occupancy_grid import (
+    HIDDEN,
+    OCCUPIED,
+    UNKNOWN,
+    VISIBLE,
+    OccupancyGrid,
+)
+from footprints_edge.prediction import ModelInfo, Prediction
+
+SIZE = (256, 448)
+CAMERA = Intrinsics(300, 300, 223.5, 127.5)
+HEIGHT_M, PITCH = 1.5, np.radians(20)
+BOX = (3.0, 3.8, -0.5, 0.6, 0.7)
+"""Nearest and farthest x, lowest and highest y of its footprint, its height, metres."""
+
+
+def exact():
+    """A floor with a box on it, seen by exact ray casting in ground coordinates."""
+    across = (np.arange(SIZE[1]) - CAMERA.cx)[None, :] / CAMERA.fx + np.zeros(SIZE)
+    along = (np.arange(SIZE[0]) - CAMERA.cy)[:, None] / CAMERA.fy + np.zeros(SIZE)
+    forward = np.cos(PITCH) - np.sin(PITCH) * along
+    rise = -np.sin(PITCH) - np.cos(PITCH) * along
+    floor_m = np.where(rise < -1e-3, HEIGHT_M / -np.minimum(rise, -1e-3), 1e3)
+    ray = np.stack([forward, -across, rise], axis=-1)
+    low = np.array([BOX[0], BOX[2], 0.0])
+    high = np.array([BOX[1], BOX[3], BOX[4]])
+    camera = np.array([0, 0, HEIGHT_M])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slabs = np.sort(np.stack([(low - camera) / ray, (high - camera) / ray]), axis=0)
+    enter, leave = slabs[0].max(axis=-1), slabs[1].min(axis=-1)
+    box_m = np.where((enter < leave) & (enter > 0), enter, np.inf)
+    x, y = forward * floor_m, -across * floor_m
+    footprint = (x > BOX[0]) & (x < BOX[1]) & (y > BOX[2]) & (y < BOX[3])
+    ground = (rise < -1e-3) & ~footprint
+    visible = ground & (floor_m < box_m)
+    return Prediction(
+        visible_ground_probability=visible.astype(np.float32),
+        ground_probability=ground.astype(np.float32),
+        visible_depth_m=np.minimum(box_m, floor_m).astype(np.float32),
+        unmasked_ground_depth_m=floor_m.astype(np.float32),
+        picture=DecodedImage(np.zeros((*SIZE, 3), np.uint8), "room.jpg"),
+        intrinsics=CAMERA,
+        threshold=0.5,
+        model=ModelInfo("made up", "fp32", "0" * 64, "none"),
+        timings_ms={},
+    )
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return exact()
+
+
+@pytest.fixture(scope="module")
+def grid(scene):
+    return scene.top_down(cell_m=0.05, range_m=6)
+
+
+def centres(grid):
+    rows, columns = grid.cells.shape
+    r, c = np.mgrid[:rows, :columns]
+    return (rows - r - 0.5) * grid.cell_m, (columns / 2 - c - 0.5) * grid.cell_m
+
+
+def test_free_cells_are_those_of_the_floor_plan(grid):
+    x, y = centres(grid)
+    depth = x * np.cos(PITCH) + HEIGHT_M * np.sin(PITCH)
+    u = CAMERA.cx - CAMERA.fx * y / depth
+    v = CAMERA.cy + CAMERA.fy * (HEIGHT_M * np.cos(PITCH) - x * np.sin(PITCH)) / depth
+    in_view = (u >= 0) & (u < 447) & (v >= 0) & (v < 255) & (np.hypot(x, y) < 6)
+    box = (x > BOX[0]) & (x < BOX[1]) & (y > BOX[2]) & (y < BOX[3])
+    truth = in_view & ~box
+    overlap = (grid.free & truth).sum() / (grid.free | truth).sum()
+    assert overlap > 0.97
+    assert (grid.cells[box] == OCCUPIED).mean() > 0.85
+    assert grid.free_area_m2 == pytest.approx(truth.sum() * 0.05**2, rel=0.03)
+
+
+def test_hidden_cells_lie_in_the_shadow_of_the_box(grid):
+    x, _ = centres(grid)
+    hidden = grid.cells == HIDDEN
+    assert grid.hidden_area_m2 == pytest.approx(hidden.sum() * 0.05**2)
+    # the top edge at the back throws the farthest shadow: similar triangles
+    reach_m = BOX[1] * HEIGHT_M / (HEIGHT_M - BOX[4])
+    assert hidden.any()
+    assert x[hidden].min() > BOX[0]
+    assert min(6, reach_m) - 0.6 < x[hidden].max() < reach_m + 0.1
+
+
+def test_the_last_row_is_below_the_camera_and_left_is_left(grid):
+    assert grid.cells.shape == (120, 240)
+    assert (grid.cells[-1] == UNKNOWN).all()  # below the picture's lower border
+    narrow = grid.cells == OCCUPIED
+    columns = np.flatnonzero(narrow.any(axis=0))
+    np.testing.assert_allclose((120 - columns[[0, -1]] - 0.5) * 0.05, [0.6, -0.5], atol=0.08)
+
+
+def test_the_nearest_obstacle_by_bearing(grid):
+    bearings_deg = np.array([0.0, 5.0, -5.0, 25.0])
+    expected_m = [3.0, 3.0 / np.cos(np.radians(5)), 3.0 / np.cos(np.radians(5)), np.inf]
+    np.testing.assert_allclose(grid.nearest_obstacle_m(bearings_deg), expected_m, atol=0.08)
+
+
+def test_far_behind_what_is_seen_nothing_is_known(scene):
+    """A wall 2 m ahead: no ground from there on; its first metre counts as the obstacle."""
+    wall_m = np.float32(2.0)
+    pixels = np.stack(np.meshgrid(np.arange(SIZE[1]), np.arange(SIZE[0])), axis=-1)
+    forward = scene.ground_plane().at_pixels(pixels, CAMERA)[..., 0]
+    beyond = ~(forward < wall_m)
+    along = (np.arange(SIZE[0]) - CAMERA.cy)[:, None] / CAMERA.fy + np.zeros(SIZE)
+    to_wall_m = (wall_m / (np.cos(PITCH) - np.sin(PITCH) * along)).astype(np.float32)
+    walled = replace(
+        scene,
+        visible_ground_probability=(~beyond).astype(np.float32),
+        ground_probability=(~beyond).astype(np.float32),
+        visible_depth_m=np.where(beyond, to_wall_m, scene.unmasked_ground_depth_m),
+    )
+    column = walled.top_down(0.05, 6).cells[::-1, 120]  # straight ahead, near to far
+    assert column[int(1.9 / 0.05)] == VISIBLE
+    assert column[int(2.2 / 0.05)] == OCCUPIED
+    assert column[int(3.2 / 0.05)] == UNKNOWN
+
+
+def read_yaml(text):
+    """The flat YAML of a map, read without a YAML library: each value here is also JSON."""
+    pairs = (line.split(": ", 1) for line in text.splitlines())
+    return {key: value if key == "mode" else json.loads(value) for key, value in pairs}
+
+
+def test_a_map_server_finds_every_cell_where_it_is(grid, tmp_path):
+    yaml, png = grid.save(tmp_path / "map.yaml")
+    facts = read_yaml(yaml.read_text())
+    assert facts["image"] == png.name
+    with Image.open(tmp_path / facts["image"]) as image:
+        assert image.mode == "L"
+        pixels = np.asarray(image)
+    # map_server: occupancy is (255 - grey) / 255, the origin is the lower left pixel's corner
+    occupancy = (255 - pixels[::-1].astype(float)) / 255
+    x, y = centres(grid)
+    column = np.floor((x - facts["origin"][0]) / facts["resolution"]).astype(int)
+    row = np.floor((y - facts["origin"][1]) / facts["resolution"]).astype(int)
+    read = occupancy[row, column]
+    np.testing.assert_array_equal(read > facts["occupied_thresh"], grid.cells == OCCUPIED)
+    np.testing.assert_array_equal(read < facts["free_thresh"], grid.free)
+
+
+def test_the_format_names_the_picture_beside_it(scene, tmp_path):
+    png, yaml = scene.save(tmp_path, ["topdown"], name="a b.jpg")
+    assert (png.name, yaml.name) == ("a b.jpg.topdown.png", "a b.jpg.topdown.yaml")
+    assert read_yaml(yaml.read_text())["image"] == png.name
+    with Image.open(io.BytesIO(png.read_bytes())) as image:
+        assert image.size == (200, 400)
+
+
+def test_what_cannot_be_is_refused(scene, tmp_path):
+    with pytest.raises(ValueError, match="cell_m is 0"):
+        scene.top_down(cell_m=0)
+    with pytest.raises(ValueError, match="range_m is nan"):
+        scene.top_down(range_m=float("nan"))
+    none = replace(scene, ground_probability=np.zeros(SIZE, np.float32))
+    with pytest.raises(GroundPlaneError, match="0 pixels are ground"):
+        none.top_down()
+    plane = fit_ground_plane(scene.unmasked_ground_depth_m, scene.ground, CAMERA)
+    with pytest.raises(OutputError, match="cannot write"):
+        OccupancyGrid(np.zeros((4, 8), np.uint8), 0.05, plane).save(tmp_path / "no" / "map.yaml")
+
+
+def test_where_free_ground_ends_in_view_something_is_occupied(grid):
+    free = np.pad(grid.free, 1)
+    shifted = [free[i : i + 120, j : j + 240] for i in range(3) for j in range(3)]
+    x, y = centres(grid)
+    inner = (x > BOX[0]) & (x < BOX[1]) & (y > BOX[2]) & (y < BOX[3])
+    rim = np.any(shifted, axis=0) & ~grid.free & inner
+    assert rim.sum() > 50
+    assert (grid.cells[rim] == OCCUPIED).all()

@@ -1,0 +1,166 @@
+"""Smoothing on a made-up clip: a camera that moves over a textured floor, in closed form."""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from footprints_edge import Tracker
+from footprints_edge.errors import VideoError
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.prediction import ModelInfo, Prediction
+
+pytest.importorskip("cv2")
+
+SIZE = (128, 192)
+CAMERA = Intrinsics(150, 150, 95.5, 40.0)
+HEIGHT_M, PITCH = 1.5, np.radians(25)
+STEP_M = 0.04
+"""How far the camera goes ahead from frame to frame."""
+
+BORDER_M = (-0.6, 0.8)
+"""Ground lies between these y, metres, left positive."""
+
+
+def texture(x, y):
+    """Grey levels of the floor: waves of several lengths, so that flow finds its way."""
+    waves = sum(
+        np.sin(k * (np.cos(a) * x + np.sin(a) * y) + p)
+        for k, a, p in ((5, 0.3, 0), (9, 1.4, 1), (13, 2.3, 2), (21, 0.9, 3), (30, 2.9, 4))
+    )
+    return np.clip(128 + 22 * waves, 0, 255)
+
+
+def exact(step):
+    """What a perfect network would say of a frame."""
+    across = (np.arange(SIZE[1]) - CAMERA.cx)[None, :] / CAMERA.fx + np.zeros(SIZE)
+    along = (np.arange(SIZE[0]) - CAMERA.cy)[:, None] / CAMERA.fy + np.zeros(SIZE)
+    depth_m = HEIGHT_M / (np.cos(PITCH) * along + np.sin(PITCH))
+    assert (depth_m > 0).all()
+    x = depth_m * (np.cos(PITCH) - np.sin(PITCH) * along) + step * STEP_M
+    y = -depth_m * across
+    grey = texture(x, y).astype(np.uint8)
+    ground = ((y > BORDER_M[0]) & (y < BORDER_M[1])).astype(np.float32)
+    depth_m = depth_m.astype(np.float32)
+    return Prediction(
+        visible_ground_probability=ground,
+        ground_probability=ground,
+        visible_depth_m=depth_m,
+        unmasked_ground_depth_m=depth_m,
+        picture=DecodedImage(np.repeat(grey[..., None], 3, axis=2)),
+        intrinsics=CAMERA,
+        threshold=0.5,
+        model=ModelInfo("made up", "fp32", "0" * 64, "none"),
+        timings_ms={},
+    )
+
+
+def noisy(prediction, rng):
+    """The same with errors that change from frame to frame."""
+
+    def disturbed(probability):
+        return np.clip(probability + rng.normal(0, 0.3, SIZE), 0, 1).astype(np.float32)
+
+    factor = np.exp(rng.normal(0, 0.1, SIZE)).astype(np.float32)
+    return replace(
+        prediction,
+        visible_ground_probability=disturbed(prediction.visible_ground_probability),
+        ground_probability=disturbed(prediction.ground_probability),
+        visible_depth_m=prediction.visible_depth_m * factor,
+        unmasked_ground_depth_m=prediction.unmasked_ground_depth_m * factor,
+    )
+
+
+MIDDLE = (slice(20, -20), slice(20, -20))
+
+
+def depth_error(prediction, name):
+    truth = exact(0).unmasked_ground_depth_m
+    return np.abs(np.log(getattr(prediction, name) / truth))[MIDDLE]
+
+
+def test_the_first_frame_is_as_the_network_says():
+    first = noisy(exact(0), np.random.default_rng(0))
+    assert Tracker().update(first) is first
+
+
+def test_exact_maps_stay_exact_while_the_camera_moves():
+    """Forgetting how depths change with the way gone would lag behind by 3 steps, over 4 %."""
+    tracker = Tracker()
+    for step in range(12):
+        steady = tracker.update(exact(step))
+    assert depth_error(steady, "unmasked_ground_depth_m").mean() < 0.01
+    moved = steady.ground[MIDDLE] != exact(11).ground[MIDDLE]
+    assert moved.mean() < 0.005
+
+
+@pytest.mark.parametrize("name", ["visible_ground", "ground"])
+def test_masks_flicker_less_and_are_right_more_often(name):
+    rng = np.random.default_rng(1)
+    tracker = Tracker()
+    wrong = {"raw": [], "steady": []}
+    for step in range(10):
+        truth = exact(step)
+        raw = noisy(truth, rng)
+        steady = tracker.update(raw)
+        for key, prediction in (("raw", raw), ("steady", steady)):
+            wrong[key].append((getattr(prediction, name) != truth.ground)[MIDDLE].mean())
+    assert np.mean(wrong["steady"][4:]) < 0.5 * np.mean(wrong["raw"][4:])
+
+
+@pytest.mark.parametrize("name", ["visible_depth_m", "unmasked_ground_depth_m"])
+def test_depths_are_steadier(name):
+    rng = np.random.default_rng(2)
+    tracker = Tracker()
+    for step in range(10):
+        raw = noisy(exact(step), rng)
+        steady = tracker.update(raw)
+    # the visible depth's lag of a moving camera is part of the price
+    assert depth_error(steady, name).mean() < 0.8 * depth_error(raw, name).mean()
+
+
+def test_the_ground_plane_is_that_of_the_steady_depth():
+    """Each frame is laid onto a plane of its own, all of them a little too high or too low."""
+    rng = np.random.default_rng(3)
+    tracker = Tracker()
+    heights_m = {"raw": [], "steady": []}
+    for step in range(16):
+        truth = exact(step)
+        factor = np.float32(np.exp(rng.normal(0, 0.1)))
+        raw = replace(
+            truth, unmasked_ground_depth_m=truth.unmasked_ground_depth_m * factor
+        ).flattened()
+        assert raw.laid_onto is not None
+        steady = tracker.update(raw)
+        heights_m["raw"].append(raw.ground_plane().camera_height_m)
+        heights_m["steady"].append(steady.ground_plane().camera_height_m)
+    assert np.std(heights_m["steady"][4:]) < 0.6 * np.std(heights_m["raw"][4:])
+
+
+def test_after_a_cut_nothing_is_remembered():
+    tracker = Tracker()
+    for step in range(4):
+        tracker.update(exact(step))
+    dark = DecodedImage(np.full((*SIZE, 3), 5, np.uint8))
+    none = np.zeros(SIZE, np.float32)
+    other = replace(
+        exact(4), picture=dark, visible_ground_probability=none, ground_probability=none
+    )
+    steady = tracker.update(other)
+    assert not steady.visible_ground.any()
+    assert not steady.ground.any()
+
+
+def test_another_size_begins_anew():
+    tracker = Tracker()
+    tracker.update(exact(0))
+    small = exact(1).at_size((64, 96))
+    assert tracker.update(small) is small
+
+
+def test_a_missing_opencv_names_the_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    with pytest.raises(VideoError, match=r"footprints-edge\[video\]"):
+        Tracker()
