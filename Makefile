@@ -40,7 +40,7 @@ types: $(VENV)/installed ## check types
 	$(VENV)/bin/mypy
 
 docs: $(DOCS_VENV)/installed ## build the documentation into SITE
-	$(DOCS_VENV)/bin/mkdocs build --strict --clean --site-dir $(abspath $(SITE))
+	NO_MKDOCS_2_WARNING=1 $(DOCS_VENV)/bin/mkdocs build --strict --clean --site-dir $(abspath $(SITE))
 	@echo "Open $(abspath $(SITE))/index.html"
 
 wheel: $(VENV)/installed ## build the wheel into DIST
