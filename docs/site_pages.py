@@ -2,19 +2,22 @@
 
 Two comments stand for text that has its home elsewhere:
 
-    <!-- include: ../CHANGELOG.md -->                    the page is that file
+    <!-- include: ../CHANGELOG.md -->                      the page is that file
     <!-- commands: fp-infer footprints_edge.cli.infer -->  help of every command of that program
 
-Links are written for readers of the repository, so a page may link to `../CONTRIBUTING.md`. Here such a
-link becomes one to the page that includes the file; a link to any other file outside of `docs/` keeps its
-text only.
+Links are written for readers of the repository, so a page may link to `../CONTRIBUTING.md`. Here
+such a link becomes one to the page that includes the file; a link to any other file outside of
+`docs/` keeps its text only.
 """
 
 import importlib
+import logging
 import re
 from os.path import relpath
 from pathlib import Path
 from typing import Any
+
+_LOG = logging.getLogger("mkdocs.hooks.site_pages")  # a warning fails a strict build
 
 _INCLUDE = re.compile(r"<!-- include: (\S+) -->")
 _COMMANDS = re.compile(r"<!-- commands: (\S+) (\S+) -->")
@@ -31,16 +34,18 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str: 
         markdown = source.read_text(encoding="utf-8")
     markdown = _COMMANDS.sub(lambda found: describe_program(found[1], found[2]), markdown)
     homes = {docs / file.src_uri for file in files}
-    homes_of = {home: page for page, home in _included_files(docs).items()}
+    pages_of = _pages_of_included_files(docs)
 
     def rewrite(link: re.Match[str]) -> str:
         image, text, target, anchor = link[1], link[2], link[3], link[4] or ""
         if not target or re.match(r"[a-z]+:", target):
             return link[0]
         home = (source.parent / target).resolve()
-        home = homes_of.get(home, home)
+        home = pages_of.get(home, home)
+        if not home.exists():
+            _LOG.warning("%s links to %s, which is not there", source, target)
         if home not in homes:
-            return text if docs not in home.parents else link[0]
+            return text
         return f"{image}[{text}]({relpath(home, (docs / page.file.src_uri).parent)}{anchor})"
 
     return _LINK.sub(rewrite, markdown)
@@ -72,7 +77,7 @@ def _describe_command(command: Any, name: str) -> str:  # noqa: ANN401
         record = parameter.get_help_record(context)
         if record is not None:
             names, text = record
-            parts.append(f"`{_plain_types(names)}`\n:   {_escape(text) or 'See above.'}")
+            parts.append(f"`{_plain_types(names)}`\n:   {_escape(text) or '(no help)'}")
     return "\n\n".join(parts)
 
 
@@ -89,11 +94,11 @@ def _escape(text: str) -> str:
     return text.replace("\\[", "[").replace("<", "&lt;").replace("*", "\\*").replace("_", "\\_")
 
 
-def _included_files(docs: Path) -> dict[Path, Path]:
-    """The pages that are other files, and these files."""
+def _pages_of_included_files(docs: Path) -> dict[Path, Path]:
+    """Files outside of `docs`, and the page that includes each."""
     found = {}
     for page in docs.rglob("*.md"):
         included = _INCLUDE.search(page.read_text(encoding="utf-8"))
         if included:
-            found[page] = (page.parent / included[1]).resolve()
+            found[(page.parent / included[1]).resolve()] = page
     return found

@@ -23,4 +23,5 @@ def in_one_line(result: dict) -> str:
 
 
 if __name__ == "__main__":
-    print(in_one_line(json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))))
+    result = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    sys.stdout.write(in_one_line(result) + "\n")
