@@ -76,7 +76,7 @@ $(VENV)/installed: pyproject.toml constraints.txt
 	@touch $@
 
 $(DOCS_VENV)/installed: pyproject.toml constraints.txt
-	@echo "Installing the runtime, MkDocs and its theme into $(DOCS_VENV): some 300 MB."
+	@echo "Installing the runtime, MkDocs and its theme into $(DOCS_VENV): some 370 MB."
 	$(PYTHON) -m venv $(DOCS_VENV)
 	$(DOCS_VENV)/bin/pip install -q -e '.[docs]'
 	@touch $@
