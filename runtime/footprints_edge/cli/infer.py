@@ -14,6 +14,7 @@ from footprints_edge.errors import FootprintsError, ImageError
 
 if TYPE_CHECKING:
     from footprints_edge.cli.batch import Batch, Task
+    from footprints_edge.maps.ground_maps import GroundMaps
     from footprints_edge.model import Camera, Model
     from footprints_edge.outputs.writers import Encoder
     from footprints_edge.prediction import Prediction
@@ -207,7 +208,7 @@ def _videos_among(named: list[str], raw: str | None) -> list[str]:
     return named
 
 
-def _overlay_with_panel(prediction: "Prediction") -> bytes:
+def _overlay_with_panel(prediction: "GroundMaps") -> bytes:
     from footprints_edge.drawing.overlay import encode_overlay
 
     return encode_overlay(prediction, top_down=True)

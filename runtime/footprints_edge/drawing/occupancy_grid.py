@@ -9,14 +9,15 @@ from PIL import Image, ImageDraw, ImageFont
 from footprints_edge.drawing.colormap import PAPER, colours_of
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.foundation.png import encode_png
+from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.navigation.occupancy_grid import (
     HIDDEN,
     OCCUPIED,
     UNKNOWN,
     VISIBLE,
     OccupancyGrid,
+    make_occupancy_grid,
 )
-from footprints_edge.prediction import Prediction
 
 HEIGHT_PX = 720
 """Of a picture in a file of its own."""
@@ -71,10 +72,10 @@ def draw_top_down(
     return image
 
 
-def draw_panel(prediction: Prediction, height_px: int) -> Image.Image:
+def draw_panel(prediction: GroundMaps, height_px: int) -> Image.Image:
     """What is within `PANEL_RANGE_M` ahead, as wide as high; empty where there is no plane."""
     try:
-        cells = prediction.top_down(_PANEL_CELL_M, PANEL_RANGE_M).cells
+        cells = make_occupancy_grid(prediction, _PANEL_CELL_M, PANEL_RANGE_M).cells
     except GroundPlaneError:
         rows = round(PANEL_RANGE_M / _PANEL_CELL_M)
         cells = np.full((rows, 2 * rows), UNKNOWN, np.uint8)

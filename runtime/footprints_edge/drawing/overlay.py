@@ -8,7 +8,8 @@ from footprints_edge.drawing.blending import INK, WHITE, blurred_edge_px, hatch,
 from footprints_edge.drawing.colormap import FARTHEST_M, PAPER, colour_scale, scale_position
 from footprints_edge.foundation.png import encode_png
 from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
-from footprints_edge.prediction import Prediction, resized
+from footprints_edge.maps.ground_maps import GroundMaps
+from footprints_edge.maps.resize import resize_map
 
 LONGEST_PX = 1920
 """Longer pictures are drawn at this size; the maps themselves have far fewer pixels."""
@@ -31,12 +32,12 @@ LEGEND_PX = 300
 _LETTERS, _FAINT = (255, 255, 255), (170, 176, 188)
 
 
-def encode_overlay(prediction: Prediction, *, top_down: bool = False) -> bytes:
+def encode_overlay(prediction: GroundMaps, *, top_down: bool = False) -> bytes:
     """PNG of `draw_overlay`."""
     return encode_png(draw_overlay(prediction, top_down=top_down))
 
 
-def draw_overlay(prediction: Prediction, *, top_down: bool = False) -> Image.Image:
+def draw_overlay(prediction: GroundMaps, *, top_down: bool = False) -> Image.Image:
     """Draws a prediction on its picture.
 
     Visible ground is a solid tint, hidden ground a hatching in the colour of its distance, both
@@ -59,14 +60,14 @@ def draw_overlay(prediction: Prediction, *, top_down: bool = False) -> Image.Ima
     )
     # Lines follow every ripple of a depth; those of the ground's broad shape can be read.
     inverse_depth = np.reciprocal(prediction.unmasked_ground_depth_m)
-    broad = resized(_broad(inverse_depth), size)
+    broad = resize_map(_broad(inverse_depth), size)
     visible, ground = (
-        resized(probability, size) > prediction.threshold
+        resize_map(probability, size) > prediction.threshold
         for probability in (prediction.visible_ground_probability, prediction.ground_probability)
     )
     pixels = np.array(photo)
     _paint_ground(
-        pixels, visible, ground & ~visible, resized(inverse_depth, size), broad, pen_px, blur_px
+        pixels, visible, ground & ~visible, resize_map(inverse_depth, size), broad, pen_px, blur_px
     )
     picture = Image.fromarray(pixels)
     _label_isolines(picture, broad, ground | visible)

@@ -9,8 +9,8 @@ from PIL import Image, ImageDraw, ImageFont
 from footprints_edge.errors import NoPathError, OffGroundError
 from footprints_edge.foundation.png import encode_png
 from footprints_edge.foundation.types import Mask, Size
+from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.navigation.path_planning import GroundPath, find_path
-from footprints_edge.prediction import Prediction
 
 _WIDEST_PX = 960  # of one of the two pictures
 _NARROWEST_PX = 320
@@ -22,7 +22,7 @@ _LINE, _BEHIND = (255, 235, 59), (255, 145, 0)
 
 
 def encode_path_picture(
-    prediction: Prediction, start: Sequence[float], goal: Sequence[float], margin_m: float = 0.0
+    prediction: GroundMaps, start: Sequence[float], goal: Sequence[float], margin_m: float = 0.0
 ) -> bytes:
     """PNG: left the cheapest path on visible ground, right that on all ground.
 
@@ -60,7 +60,7 @@ def encode_path_picture(
 
 
 def _panel(
-    prediction: Prediction,
+    prediction: GroundMaps,
     path: GroundPath | None,
     ends: Sequence[tuple[float, ...]],
     caption: str,

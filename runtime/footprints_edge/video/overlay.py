@@ -7,7 +7,7 @@ from footprints_edge.drawing.occupancy_grid import draw_panel
 from footprints_edge.drawing.overlay import LEGEND_PX, draw_legend
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Rgb, Size
-from footprints_edge.prediction import Prediction
+from footprints_edge.maps.ground_maps import GroundMaps
 
 _TINT, _STRIPE, _SHADE = 0.62, 0.9, 0.5
 """How much of the colour visible ground and stripes have, and how much the picture keeps of its
@@ -34,7 +34,7 @@ class VideoOverlay:
         self._rows = 0
         self._colours = np.ascontiguousarray(colour_scale()[:, None, ::-1])
 
-    def draw(self, prediction: Prediction) -> Rgb:
+    def draw(self, prediction: GroundMaps) -> Rgb:
         """The frame with visible ground tinted, hidden ground hatched, and a legend below.
 
         Returns:
@@ -85,7 +85,7 @@ class VideoOverlay:
         self._canvas[:] = PAPER[::-1]
         self._canvas[height:rows, : legend.shape[1]] = legend
 
-    def _composed(self, drawn: Rgb, prediction: Prediction) -> Rgb:
+    def _composed(self, drawn: Rgb, prediction: GroundMaps) -> Rgb:
         """The drawn frame with the legend below and the panel beside it."""
         height, width = drawn.shape[:2]
         canvas = self._canvas.copy()

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from footprints_edge.errors import OutputError
+from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.outputs.json_summary import summarise
-from footprints_edge.prediction import Prediction
 from footprints_edge.video.capture import Frame, VideoFile
 from footprints_edge.video.overlay import VideoOverlay
 from footprints_edge.video.pipeline import Sink
@@ -63,7 +63,7 @@ class _OverlayVideo:
         self._file = VideoFile(path, fps)
         self._overlay = VideoOverlay(top_down=top_down)
 
-    def write(self, frame: Frame, prediction: Prediction) -> None:  # noqa: ARG002 - a sink's
+    def write(self, frame: Frame, prediction: GroundMaps) -> None:  # noqa: ARG002 - a sink's
         self._file.write(self._overlay.draw(prediction))
 
     def close(self) -> None:
@@ -76,7 +76,7 @@ class _JsonLines:
     def __init__(self, path: Path) -> None:
         self._file = path.open("w", encoding="ascii", buffering=1)
 
-    def write(self, frame: Frame, prediction: Prediction) -> None:
+    def write(self, frame: Frame, prediction: GroundMaps) -> None:
         facts = summarise(prediction)
         line = {"frame": frame.index, "time_s": round(frame.time_s, 4)}
         line |= {key: facts[key] for key in _EACH_FRAME}
