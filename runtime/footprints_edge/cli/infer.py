@@ -199,7 +199,7 @@ def _camera(
 
 def _videos_among(named: list[str], raw: str | None) -> list[str]:
     """Those arguments that name videos, streams and cameras, or the pipe of raw frames."""
-    from footprints_edge.cli.sources import is_video
+    from footprints_edge.video.sources import is_video
 
     if raw is None:
         return [name for name in named if is_video(name)]

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from footprints_edge.drawing.colormap import PAPER, colours_of
+from footprints_edge.drawing.colormap import colours_of
+from footprints_edge.drawing.style import PAPER, WHITE, diagonal_stripes
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.foundation.png import encode_png
 from footprints_edge.maps.ground_maps import GroundMaps
@@ -27,7 +28,7 @@ PANEL_RANGE_M = 10.0
 
 _PANEL_CELL_M = 0.1
 _RINGS_M = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0)
-_UNKNOWN, _OCCUPIED, _WHITE = (44, 48, 58), (8, 9, 13), (255, 255, 255)
+_UNKNOWN, _OCCUPIED = (44, 48, 58), (8, 9, 13)
 _FAINT = (128, 134, 146)
 
 
@@ -63,9 +64,8 @@ def draw_top_down(
     picture[large == OCCUPIED] = _OCCUPIED
     visible, hidden = large == VISIBLE, large == HIDDEN
     picture[visible] = ground[visible]
-    across = np.add.outer(np.arange(height_px), np.arange(width_px))
-    stripe_px = max(2, height_px // 120)
-    stripes = across % (3 * stripe_px) < 1.5 * stripe_px
+    stripe_px = 1.5 * max(2, height_px // 120)
+    stripes = diagonal_stripes((height_px, width_px), 2 * stripe_px, stripe_px)
     picture[hidden] = np.where(stripes[..., None], ground, np.uint8(70))[hidden]
     image = Image.fromarray(picture)
     _mark(image, rows * cell_m)
@@ -103,6 +103,6 @@ def _mark(image: Image.Image, range_m: float) -> None:
         if letter_px * 2.5 < radius <= image.height:
             draw.arc((x - radius, y - radius, x + radius, y + radius), 180, 360, _FAINT)
             at = (x + 0.3 * letter_px, y - radius + 0.15 * letter_px)
-            draw.text(at, f"{ring_m:g} m", _WHITE, font, stroke_width=1, stroke_fill=PAPER)
+            draw.text(at, f"{ring_m:g} m", WHITE, font, stroke_width=1, stroke_fill=PAPER)
     side = 0.6 * letter_px
-    draw.polygon([(x - side, y), (x + side, y), (x, y - 1.6 * side)], _WHITE, PAPER)
+    draw.polygon([(x - side, y), (x + side, y), (x, y - 1.6 * side)], WHITE, PAPER)

@@ -187,3 +187,6 @@ FORMATS: Mapping[str, Mapping[str, Encoder]] = {
     "topdown_picture": {".topdown_picture.png": _top_down_picture},
 }
 """Each format's files: what is added to the picture's name, and what encodes it."""
+
+OUTPUT_ENDINGS = tuple(suffix for files in FORMATS.values() for suffix in files)
+"""Endings of the files that `FORMATS` make, which are no pictures to read."""

@@ -15,7 +15,6 @@ import pytest
 from typer.testing import CliRunner
 
 from footprints_edge.cli.infer import app
-from footprints_edge.cli.sources import is_video
 from footprints_edge.errors import ModelError, VideoError
 from footprints_edge.foundation import opencv as opencv_module
 from footprints_edge.video.capture import (
@@ -28,6 +27,7 @@ from footprints_edge.video.capture import (
     open_video,
 )
 from footprints_edge.video.pipeline import WAITING, run_pipeline
+from footprints_edge.video.sources import is_video
 
 cv2 = pytest.importorskip("cv2")
 
