@@ -1,4 +1,4 @@
-"""The ground from above as a picture for people, in the colours of the overlay."""
+"""An occupancy grid as a picture for people: a bird's-eye view in the colours of the overlay."""
 
 from functools import lru_cache
 
@@ -21,23 +21,23 @@ from footprints_edge.navigation.occupancy_grid import (
 )
 
 HEIGHT_PX = 720
-"""Of a picture in a file of its own."""
+"""Height of a picture in a file of its own."""
 
-PANEL_RANGE_M = 10.0
-"""How far ahead the panel beside an overlay reaches."""
+BEV_RANGE_M = 10.0
+"""How far ahead the bird's-eye view beside an overlay reaches."""
 
-_PANEL_CELL_M = 0.1
+_BEV_CELL_M = 0.1
 _RINGS_M = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0)
 _UNKNOWN, _OCCUPIED = (44, 48, 58), (8, 9, 13)
 _FAINT = (128, 134, 146)
 
 
-def encode_top_down(grid: OccupancyGrid) -> bytes:
-    """PNG of `draw_top_down`."""
-    return encode_png(draw_top_down(grid.cells, grid.cell_m, HEIGHT_PX))
+def encode_occupancy_grid(grid: OccupancyGrid) -> bytes:
+    """PNG of `draw_occupancy_grid`."""
+    return encode_png(draw_occupancy_grid(grid.cells, grid.cell_m, HEIGHT_PX))
 
 
-def draw_top_down(
+def draw_occupancy_grid(
     cells: NDArray[np.uint8], cell_m: float, height_px: int, *, square: bool = False
 ) -> Image.Image:
     """Draws a grid: forward is up, left is left, the camera is in the middle of the lower border.
@@ -72,14 +72,14 @@ def draw_top_down(
     return image
 
 
-def draw_panel(prediction: GroundMaps, height_px: int) -> Image.Image:
-    """What is within `PANEL_RANGE_M` ahead, as wide as high; empty where there is no plane."""
+def draw_bev(prediction: GroundMaps, height_px: int) -> Image.Image:
+    """What is within `BEV_RANGE_M` ahead, as wide as high; empty where there is no plane."""
     try:
-        cells = make_occupancy_grid(prediction, _PANEL_CELL_M, PANEL_RANGE_M).cells
+        cells = make_occupancy_grid(prediction, _BEV_CELL_M, BEV_RANGE_M).cells
     except GroundPlaneError:
-        rows = round(PANEL_RANGE_M / _PANEL_CELL_M)
+        rows = round(BEV_RANGE_M / _BEV_CELL_M)
         cells = np.full((rows, 2 * rows), UNKNOWN, np.uint8)
-    return draw_top_down(cells, _PANEL_CELL_M, height_px, square=True)
+    return draw_occupancy_grid(cells, _BEV_CELL_M, height_px, square=True)
 
 
 @lru_cache(maxsize=4)

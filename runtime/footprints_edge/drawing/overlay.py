@@ -37,12 +37,12 @@ LEGEND_PX = 300
 """A tower of a picture gets margins rather than a legend that is cut off."""
 
 
-def encode_overlay(prediction: GroundMaps, *, top_down: bool = False) -> bytes:
+def encode_overlay(prediction: GroundMaps, *, bev: bool = False) -> bytes:
     """PNG of `draw_overlay`."""
-    return encode_png(draw_overlay(prediction, top_down=top_down))
+    return encode_png(draw_overlay(prediction, bev=bev))
 
 
-def draw_overlay(prediction: GroundMaps, *, top_down: bool = False) -> Image.Image:
+def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
     """Draws a prediction on its picture.
 
     Visible ground is a solid tint, hidden ground a hatching in the colour of its distance, both
@@ -50,8 +50,8 @@ def draw_overlay(prediction: GroundMaps, *, top_down: bool = False) -> Image.Ima
 
     Args:
         prediction: What to draw.
-        top_down: Whether the ground seen from above stands beside the picture; it stays empty
-            where there is too little ground for a plane.
+        bev: Whether a bird's-eye view stands beside the picture; it stays empty where there is
+            too little ground for a plane.
 
     Returns:
         RGB image: the picture's size within `NARROWEST_PX` and `LONGEST_PX`, plus the legend, and
@@ -77,13 +77,13 @@ def draw_overlay(prediction: GroundMaps, *, top_down: bool = False) -> Image.Ima
     picture = Image.fromarray(pixels)
     _label_isolines(picture, broad, ground | visible)
     drawn = _stacked(picture, draw_legend(max(picture.width, LEGEND_PX), picture.height))
-    if not top_down:
+    if not bev:
         return drawn
-    from footprints_edge.drawing.occupancy_grid import draw_panel
+    from footprints_edge.drawing.occupancy_grid import draw_bev
 
     both = Image.new("RGB", (drawn.width + drawn.height, drawn.height))
     both.paste(drawn, (0, 0))
-    both.paste(draw_panel(prediction, drawn.height), (drawn.width, 0))
+    both.paste(draw_bev(prediction, drawn.height), (drawn.width, 0))
     return both
 
 

@@ -140,10 +140,10 @@ def _ply(prediction: GroundMaps) -> bytes:
 
 
 def _top_down_picture(prediction: GroundMaps) -> bytes:
-    from footprints_edge.drawing.occupancy_grid import encode_top_down
+    from footprints_edge.drawing.occupancy_grid import encode_occupancy_grid
     from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
 
-    return encode_top_down(make_occupancy_grid(prediction))
+    return encode_occupancy_grid(make_occupancy_grid(prediction))
 
 
 def _map_png(prediction: GroundMaps) -> bytes:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from footprints_edge.drawing.colormap import colour_scale, scale_position
-from footprints_edge.drawing.occupancy_grid import draw_panel
+from footprints_edge.drawing.occupancy_grid import draw_bev
 from footprints_edge.drawing.overlay import LEGEND_PX, draw_legend
 from footprints_edge.drawing.style import (
     HATCH_PERIOD,
@@ -24,17 +24,17 @@ _STRIPE, _SHADE = 0.9, 0.5
 class VideoOverlay:
     """Draws predictions of frames; keeps what is the same in all of them."""
 
-    def __init__(self, *, top_down: bool = False) -> None:
+    def __init__(self, *, bev: bool = False) -> None:
         """Chooses what is drawn.
 
         Args:
-            top_down: Whether the ground seen from above stands beside each frame.
+            bev: Whether a bird's-eye view stands beside each frame.
 
         Raises:
             VideoError: If OpenCV is missing.
         """
         self._cv2 = opencv()
-        self._top_down = top_down
+        self._bev = bev
         self._size: Size | None = None
         self._stripes: Rgb = np.zeros((0, 0), np.uint8)
         self._canvas: Rgb = np.zeros((0, 0, 3), np.uint8)
@@ -89,7 +89,7 @@ class VideoOverlay:
         legend = np.asarray(draw_legend(max(width, LEGEND_PX), height))[..., ::-1]
         self._rows = rows = height + legend.shape[0]
         columns = max(width, legend.shape[1])
-        all_columns = columns + (rows if self._top_down else 0)
+        all_columns = columns + (rows if self._bev else 0)
         self._canvas = np.empty((rows + rows % 2, all_columns + all_columns % 2, 3), np.uint8)
         self._canvas[:] = PAPER[::-1]
         self._canvas[height:rows, : legend.shape[1]] = legend
@@ -100,8 +100,8 @@ class VideoOverlay:
         canvas = self._canvas.copy()
         left = (max(width, LEGEND_PX) - width) // 2
         canvas[:height, left : left + width] = drawn
-        if self._top_down:
-            panel = np.asarray(draw_panel(prediction, self._rows))[..., ::-1]
+        if self._bev:
+            panel = np.asarray(draw_bev(prediction, self._rows))[..., ::-1]
             columns = max(width, LEGEND_PX)
             canvas[: self._rows, columns : columns + panel.shape[1]] = panel
         return canvas

@@ -33,13 +33,13 @@ def video_paths(folder: Path, name: str, formats: Sequence[str]) -> dict[str, Pa
     return {key: folder / (name + SUFFIXES[key]) for key in formats}
 
 
-def open_sinks(paths: dict[str, Path], fps: float, *, top_down: bool = False) -> list[Sink]:
+def open_sinks(paths: dict[str, Path], fps: float, *, bev: bool = False) -> list[Sink]:
     """What writes the files of `video_paths`.
 
     Args:
         paths: Of each format.
         fps: Frames a second.
-        top_down: Whether the overlay shows the ground from above as well.
+        bev: Whether the overlay has a bird's-eye view beside it.
 
     Raises:
         OutputError: If a file cannot be begun.
@@ -50,7 +50,7 @@ def open_sinks(paths: dict[str, Path], fps: float, *, top_down: bool = False) ->
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             if key == "overlay":
-                sinks.append(_OverlayVideo(path, fps, top_down=top_down))
+                sinks.append(_OverlayVideo(path, fps, bev=bev))
             else:
                 sinks.append(_JsonLines(path))
         except OSError as error:
@@ -59,9 +59,9 @@ def open_sinks(paths: dict[str, Path], fps: float, *, top_down: bool = False) ->
 
 
 class _OverlayVideo:
-    def __init__(self, path: Path, fps: float, *, top_down: bool) -> None:
+    def __init__(self, path: Path, fps: float, *, bev: bool) -> None:
         self._file = VideoFile(path, fps)
-        self._overlay = VideoOverlay(top_down=top_down)
+        self._overlay = VideoOverlay(bev=bev)
 
     def write(self, frame: Frame, prediction: GroundMaps) -> None:  # noqa: ARG002 - a sink's
         self._file.write(self._overlay.draw(prediction))

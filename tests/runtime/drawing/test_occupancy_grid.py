@@ -7,7 +7,7 @@ import pytest
 from predictions import make_prediction
 
 from footprints_edge.drawing.colormap import colours_of
-from footprints_edge.drawing.occupancy_grid import draw_top_down
+from footprints_edge.drawing.occupancy_grid import draw_occupancy_grid
 from footprints_edge.drawing.overlay import LEGEND_PX, draw_overlay
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.images import DecodedImage
@@ -18,7 +18,7 @@ CELL_M = 0.1
 
 
 def drawn(cells, height_px=400, **options):
-    return np.asarray(draw_top_down(cells, CELL_M, height_px, **options)).astype(int)
+    return np.asarray(draw_occupancy_grid(cells, CELL_M, height_px, **options)).astype(int)
 
 
 def block(picture, row, column, px=10):
@@ -61,8 +61,8 @@ def prediction():
     return make_prediction(depth_m, intrinsics=camera, picture=picture)
 
 
-def test_the_panel_stands_beside_an_overlay_that_stays_as_it_is(prediction):
-    plain, wide = (np.asarray(draw_overlay(prediction, top_down=on)) for on in (False, True))
+def test_the_bev_stands_beside_an_overlay_that_stays_as_it_is(prediction):
+    plain, wide = (np.asarray(draw_overlay(prediction, bev=on)) for on in (False, True))
     height, width = plain.shape[:2]
     assert wide.shape == (height, width + height, 3)
     np.testing.assert_array_equal(wide[:, :width], plain)
@@ -70,9 +70,9 @@ def test_the_panel_stands_beside_an_overlay_that_stays_as_it_is(prediction):
     assert np.abs(ahead - colours_of(np.float32([4.0]))[0]).max() < 25
 
 
-def test_without_a_plane_the_panel_knows_nothing(prediction):
+def test_without_a_plane_the_bev_is_unknown(prediction):
     none = prediction.with_maps(ground_probability=np.zeros((96, 128), np.float32))
-    panel = np.asarray(draw_overlay(none, top_down=True))[:, -200:]
+    panel = np.asarray(draw_overlay(none, bev=True))[:, -200:]
     colourful = np.ptp(panel.astype(int), axis=-1) > 40
     assert not colourful.any()
 
