@@ -16,20 +16,6 @@ from footprints_edge.cli.models import app as models_app
 
 
 @pytest.fixture
-def infer(tiny_path):
-    """Runs `fp-infer` with the tiny model in this process."""
-
-    def invoke(*arguments, **options):
-        return CliRunner().invoke(
-            infer_app,
-            [*map(str, arguments), "--model", str(tiny_path), "--threads", "1"],
-            **options,
-        )
-
-    return invoke
-
-
-@pytest.fixture
 def photos(tmp_path, picture):
     """A folder of two pictures, and a third in a sub-folder."""
     folder = tmp_path / "photos"
