@@ -196,5 +196,15 @@ def test_memory_stays_where_it_is(tiny):
 
 
 def test_a_file_with_fewer_maps_than_it_says_is_refused(load_with, picture):
-    with pytest.raises(ModelError, match="gives 4 maps, but its metadata state that it has masks"):
+    with pytest.raises(ModelError, match=r"gives 4 maps, but its metadata states .*outputs=masks"):
         load_with(outputs="masks").predict(picture)
+
+
+def test_an_unknown_engine_is_refused_with_the_known_ones(tiny_path):
+    with pytest.raises(ModelError, match=r"'tensorrt' is unknown.*onnxruntime, openvino"):
+        load(tiny_path, engine="tensorrt")
+
+
+def test_providers_belong_to_onnxruntime(tiny_path):
+    with pytest.raises(ModelError, match="providers belong to engine 'onnxruntime'"):
+        load(tiny_path, engine="openvino", providers=["CPUExecutionProvider"])
