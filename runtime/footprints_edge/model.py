@@ -71,7 +71,7 @@ class Model:
         return self.engine.input_size or working_size(image_size)
 
     def decode(self, image: ImageSource) -> DecodedImage:
-        """Decodes a picture no larger than this model needs it; see `images.decode`.
+        """Decodes a picture at the resolution that this model needs; see `images.decode`.
 
         Raises:
             ImageError: If the image cannot be read.

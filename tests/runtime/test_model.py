@@ -155,7 +155,7 @@ def test_the_threshold_is_a_probability(tiny):
             tiny.predict(half, threshold=threshold)
 
 
-def test_threads_get_what_one_thread_gets(tiny):
+def test_many_threads_get_the_same_results_as_one(tiny):
     rng = np.random.default_rng(0)
     pictures = [rng.integers(0, 256, (h, 90, 3), np.uint8) for h in range(40, 200, 10)]
     expected = [tiny.predict(picture) for picture in pictures]

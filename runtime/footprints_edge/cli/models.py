@@ -12,7 +12,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     no_args_is_help=True,
 )
-ModelArgument = Annotated[str | None, typer.Argument(help="Name or file. Default: default model.")]
+ModelArgument = Annotated[
+    str | None, typer.Argument(help="Name or file. Default: the bundled one.")
+]
 
 
 @app.callback()

@@ -1,1 +1,1 @@
-"""The base of all other parts: array types, atomic writes, cores, PNG, OpenCV, the version."""
+"""The base of all other parts: array types, atomic writes, cores, PNG, OpenCV, version, hints."""

@@ -2,7 +2,7 @@
 
 
 def install_hint(extra: str) -> str:
-    """The end of an error message that misses a package of an extra, such as `video`."""
+    """The advice for an error message about a missing package of an extra, such as `video`."""
     return (
         f"install the extra {extra!r}: pip install 'footprints-edge[{extra}]', "
         f"or pip install '.[{extra}]' in a checkout"

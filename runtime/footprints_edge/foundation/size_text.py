@@ -1,4 +1,4 @@
-"""Sizes as people type them: ``256x448``, height first."""
+"""Parsing of sizes such as ``256x448``, height first."""
 
 import re
 

@@ -26,7 +26,7 @@ is smaller than that of the JPEG compression itself."""
 
 _REDUCING_GAP = 3.0
 """Pictures larger than twice this factor are first averaged over whole blocks, to no less than this
-factor times the result's sides: three times as fast, and off by at most 1 of 255 at most pixels."""
+factor times the result's sides: three times as fast, and most pixels differ by at most 1 of 255."""
 
 _MOST_PX = 1.15 * BUDGET_PX
 _AREA_WEIGHT = 0.25  # a distortion of 4 % is as bad as 16 % too many or too few pixels

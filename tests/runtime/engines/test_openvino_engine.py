@@ -28,7 +28,7 @@ class TestOpenVino:
         np.testing.assert_array_equal(found.ground, expected.ground)
         np.testing.assert_allclose(found.visible_depth_m, expected.visible_depth_m, rtol=1e-4)
 
-    def test_the_result_says_what_ran_it(self, tiny_path, tiny, picture, openvino):
+    def test_the_result_names_the_engine(self, tiny_path, tiny, picture, openvino):
         model = fp.load(tiny_path, engine="openvino", threads=1)
         prediction = model.predict(picture)
         version = openvino.__version__.partition("-")[0]

@@ -309,7 +309,7 @@ def test_a_large_jpeg_is_decoded_smaller_and_stays_the_same_picture(orientation,
     assert decoded.rgb is decoded.rgb
 
 
-def test_a_picture_is_decoded_no_smaller_than_it_is_needed():
+def test_a_picture_is_decoded_no_smaller_than_needed():
     data = encoded(Image.fromarray(photo((400, 800))), "JPEG")
     for least, expected in {
         (400, 800): (400, 800),
@@ -343,7 +343,7 @@ def test_a_truncated_jpeg_is_refused_at_any_size():
         decode(data[: len(data) // 2], lambda _: (1, 1))
 
 
-def test_nothing_of_a_jpeg_is_decoded_twice_unless_it_is_asked_for(monkeypatch):
+def test_a_jpeg_is_decoded_twice_only_on_demand(monkeypatch):
     data = encoded(Image.fromarray(photo((400, 800))), "JPEG")
     decoded = decode(data, lambda _: (100, 200))
     monkeypatch.setattr(images, "_opened", lambda *_: pytest.fail("it was decoded again"))

@@ -127,7 +127,7 @@ def test_the_margin_is_metres_near_and_far(row):
     st.floats(-25, 25),
     st.sampled_from([0.3, 1.5, 4.0]),
 )
-def test_the_margin_closes_exactly_what_is_nearer_on_the_plane(seed, margin_m, roll_deg, height_m):
+def test_the_margin_closes_exactly_the_pixels_within_it(seed, margin_m, roll_deg, height_m):
     """Against all distances, for cameras that look down by up to 90 degrees and lean aside."""
     rng = np.random.default_rng(seed)
     pitch, roll = np.radians(rng.uniform(-5, 90)), np.radians(roll_deg)
@@ -161,7 +161,7 @@ def test_a_gap_narrower_than_twice_the_margin_is_closed():
         prediction.plan((20, 90), (20, 40), margin_m=0.6 * gap_m)
 
 
-def test_hidden_ground_is_said_and_can_be_avoided():
+def test_hidden_ground_is_reported_and_can_be_avoided():
     visible = np.ones(SIZE)
     visible[60:70, :100] = 0
     prediction = world(np.ones(SIZE), visible)
@@ -174,7 +174,7 @@ def test_hidden_ground_is_said_and_can_be_avoided():
     assert around.length_m > behind.length_m
 
 
-def test_ends_that_cannot_be_are_named():
+def test_invalid_ends_are_named():
     probability = np.ones(SIZE)
     probability[50:60, 50:60] = 0.1
     prediction = world(probability)

@@ -93,7 +93,7 @@ def read_ply(path):
     return points
 
 
-def test_ply_holds_what_is_seen_and_the_hidden_ground(saved):
+def test_ply_holds_visible_surfaces_and_hidden_ground(saved):
     prediction, folder = saved
     points = read_ply(folder / "a.jpg.ply")
     seen, hidden = points[points["layer"] == 0], points[points["layer"] == 1]
@@ -111,7 +111,7 @@ def test_ply_holds_what_is_seen_and_the_hidden_ground(saved):
     assert seen["green"].reshape(prediction.ground.shape)[150, 20] > 200
 
 
-def test_without_ground_nothing_breaks(tiny, tmp_path):
+def test_pictures_without_ground_get_every_format(tiny, tmp_path):
     prediction = tiny.predict(np.zeros((40, 60, 3), np.uint8))
     assert not prediction.ground.any()
     prediction.save(tmp_path, ALL)

@@ -129,7 +129,7 @@ def test_the_ground_plane_is_that_of_the_smoothed_depth():
     assert np.std(heights_m["smoothed"][4:]) < 0.6 * np.std(heights_m["raw"][4:])
 
 
-def test_after_a_cut_nothing_is_remembered():
+def test_a_cut_resets_the_smoothing():
     tracker = Tracker()
     for step in range(4):
         tracker.update(exact(step))
