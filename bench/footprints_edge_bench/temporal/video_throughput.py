@@ -17,7 +17,7 @@ from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.model import Model, load
 from footprints_edge.prediction import Prediction
 from footprints_edge.video.capture import Pace, VideoFile, open_video
-from footprints_edge.video.pipeline import Tally, run_pipeline
+from footprints_edge.video.pipeline import VideoStats, run_pipeline
 from footprints_edge.video.sinks import open_sinks, video_paths
 from footprints_edge.video.smoothing import Tracker
 
@@ -103,15 +103,15 @@ def measure_video(video: Path, model: str | None, threads: int, frames: int) -> 
         _repeat(video, long, frames)
         memory_mb: list[float] = []
 
-        def note(tally: Tally) -> None:
+        def note(tally: VideoStats) -> None:
             if tally.frames % _SETTLED == 0:
                 memory_mb.append(_resident_mb())
 
         def run(
             name: str,
             then: Callable[[Prediction], Prediction] | None,
-            told: Callable[[Tally], None],
-        ) -> Tally:
+            told: Callable[[VideoStats], None],
+        ) -> VideoStats:
             opened = open_video(str(long))
             paths = video_paths(Path(folder) / name, long.name, ["overlay", "json"])
             return run_pipeline(

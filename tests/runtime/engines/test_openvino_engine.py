@@ -1,17 +1,15 @@
-"""Engines other than onnxruntime's CPU: the same contract, chosen by name, never replaced."""
+"""The OpenVINO engine: the same contract as onnxruntime's."""
 
 import ast
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import onnxruntime as ort
 import pytest
 
 import footprints_edge as fp
-from footprints_edge.engines import onnxruntime_engine as session_module
 from footprints_edge.outputs.json_summary import summarise
 
 RUNTIME = Path(fp.__file__).parent
@@ -30,7 +28,7 @@ class TestOpenVino:
         np.testing.assert_array_equal(found.ground, expected.ground)
         np.testing.assert_allclose(found.visible_depth_m, expected.visible_depth_m, rtol=1e-4)
 
-    def test_the_result_says_what_ran_it(self, tiny_path, tiny, picture, openvino):
+    def test_the_result_names_the_engine(self, tiny_path, tiny, picture, openvino):
         model = fp.load(tiny_path, engine="openvino", threads=1)
         prediction = model.predict(picture)
         version = openvino.__version__.partition("-")[0]
@@ -54,10 +52,10 @@ class TestOpenVino:
             fixed.run(np.zeros((1, 64, 64, 3), np.uint8))
 
     def test_one_model_serves_many_threads(self, tiny_path):
-        session = fp.load(tiny_path, engine="openvino", threads=1).engine
+        engine = fp.load(tiny_path, engine="openvino", threads=1).engine
         images = [np.full((1, 32, 64, 3), value, np.uint8) for value in range(0, 250, 10)]
         with ThreadPoolExecutor(4) as pool:
-            found = list(pool.map(session.run, images))
+            found = list(pool.map(engine.run, images))
         for image, maps in zip(images, found, strict=True):
             np.testing.assert_allclose(maps[0, 0], image[0, ..., 1] / 255, atol=1e-6)
 
@@ -69,12 +67,12 @@ class TestOpenVino:
             (b"\x08\x07garbage" * 9, "damaged"),
         ],
     )
-    def test_what_is_no_model_is_refused(self, content, reason, tmp_path):
+    def test_other_files_are_refused(self, content, reason, tmp_path):
         (tmp_path / "broken.onnx").write_bytes(content)
         with pytest.raises(fp.ModelError, match=rf"broken\.onnx.*{reason}"):
             fp.load(tmp_path / "broken.onnx", engine="openvino")
 
-    def test_other_graphs_and_other_files_are_refused(self, tmp_path, model_bytes):
+    def test_other_graphs_and_models_are_refused(self, tmp_path, model_bytes):
         (tmp_path / "other.onnx").write_bytes(model_bytes(output="logits"))
         with pytest.raises(fp.ModelError, match=r"logits.*expected image uint8 \[1, H, W, 3\]"):
             fp.load(tmp_path / "other.onnx", engine="openvino")
@@ -87,86 +85,13 @@ class TestOpenVino:
             fp.load(tiny_path, engine="openvino", threads=0)
 
 
-def test_openvino_that_is_not_installed_names_the_extra(tiny_path, monkeypatch):
+def test_a_missing_openvino_names_the_extra(tiny_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "openvino", None)
     with pytest.raises(fp.ModelError, match=r"pip install 'footprints-edge\[openvino\]'"):
         fp.load(tiny_path, engine="openvino")
 
 
-def test_an_unknown_engine_is_refused_with_those_there_are(tiny_path):
-    with pytest.raises(fp.ModelError, match=r"'tensorrt' is unknown.*onnxruntime, openvino"):
-        fp.load(tiny_path, engine="tensorrt")
-
-
-def test_providers_belong_to_onnxruntime(tiny_path):
-    with pytest.raises(fp.ModelError, match="providers are onnxruntime's"):
-        fp.load(tiny_path, engine="openvino", providers=["CPUExecutionProvider"])
-
-
-def test_a_plugin_that_is_not_installed_is_named(tiny_path):
-    with pytest.raises(fp.ModelError, match="pip install onnxruntime-ep-nothing"):
-        fp.load(tiny_path, engine="onnxruntime-ep-nothing")
-
-
-def test_a_provider_other_than_the_cpu_is_in_the_result(tiny_path, picture):
-    others = [name for name in session_module.available_providers() if not name.startswith("CPU")]
-    if not others:
-        pytest.skip("this onnxruntime has the CPU provider only")
-    model = fp.load(tiny_path, providers=[others[-1], "CPUExecutionProvider"], threads=1)
-    assert model.predict(picture).model.runtime.endswith(f", {others[-1]}")
-
-
-@pytest.fixture
-def plugin(monkeypatch):
-    """The function that installs a made-up plug-in package whose provider has a given name."""
-
-    def install(provider, *, loads=True):
-        package = ModuleType("onnxruntime_ep_made")
-        package.get_library_path = lambda: "/library/of/the/plug-in"
-        package.get_ep_names = lambda: [provider]
-        monkeypatch.setitem(sys.modules, "onnxruntime_ep_made", package)
-        if loads:
-            register = lambda name, library: None  # noqa: ARG005, E731
-            monkeypatch.setattr(session_module.ort, "register_execution_provider_library", register)
-        session_module._plugin_providers.cache_clear()
-
-    yield install
-    session_module._plugin_providers.cache_clear()
-
-
-def test_a_plugin_without_a_device_here_is_refused(tiny_path, plugin):
-    plugin("MadeExecutionProvider")
-    with pytest.raises(
-        fp.ModelError, match=r"onnxruntime-ep-made.*offers no device on this machine"
-    ):
-        fp.load(tiny_path, engine="onnxruntime-ep-made")
-
-
-def test_a_plugin_that_does_not_load_is_refused(tiny_path, plugin):
-    plugin("MadeExecutionProvider", loads=False)
-    with pytest.raises(fp.ModelError, match="onnxruntime-ep-made does not load into onnxruntime"):
-        fp.load(tiny_path, engine="onnxruntime-ep-made")
-
-
-def test_a_plugin_runs_and_the_result_says_how_much_of_it(tiny_path, tiny, plugin, picture):
-    """onnxruntime's own CPU provider has a device as plug-ins have: it stands in for one."""
-    plugin("CPUExecutionProvider")
-    model = fp.load(tiny_path, engine="onnxruntime-ep-made", threads=1)
-    prediction = model.predict(picture)
-    np.testing.assert_array_equal(prediction.ground, tiny.predict(picture).ground)
-    described = prediction.model.runtime
-    assert described.startswith(f"onnxruntime {ort.__version__}, CPUExecutionProvider ")
-    assert described.endswith(" nodes")
-
-
-def test_a_plugin_that_takes_no_node_is_not_replaced_by_the_cpu(tiny_path, plugin, monkeypatch):
-    plugin("CPUExecutionProvider")
-    monkeypatch.setattr(ort.InferenceSession, "get_provider_graph_assignment_info", lambda _: [])
-    with pytest.raises(fp.ModelError, match="takes none of the nodes"):
-        fp.load(tiny_path, engine="onnxruntime-ep-made")
-
-
-def test_one_file_of_the_runtime_knows_openvino_and_imports_it_when_asked():
+def test_only_one_file_imports_openvino_and_only_on_demand():
     users = {
         path.name: node.col_offset
         for path in RUNTIME.rglob("*.py")
