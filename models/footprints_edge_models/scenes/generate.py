@@ -7,32 +7,32 @@ from numpy.typing import NDArray
 
 from footprints_edge.foundation.types import Size
 from footprints_edge_models.scenes.assets.materials import Palette
-from footprints_edge_models.scenes.assets.textures import SPLITS, TextureLibrary
-from footprints_edge_models.scenes.ground_truth.truth import Truth, truth_of
-from footprints_edge_models.scenes.layout.rooms import draw_rooms
+from footprints_edge_models.scenes.assets.textures.library import SPLITS, TextureLibrary
+from footprints_edge_models.scenes.ground_truth.pixels import SceneGroundTruth, trace_ground_truth
+from footprints_edge_models.scenes.layout.rooms.interior import draw_rooms
 from footprints_edge_models.scenes.layout.scene import Scene
-from footprints_edge_models.scenes.layout.streets import draw_street
+from footprints_edge_models.scenes.layout.streets.exterior import draw_street
 from footprints_edge_models.scenes.rendering.cameras import Camera, choose_camera, picture_size
 from footprints_edge_models.scenes.rendering.geometry import Geometry, geometry_of
 from footprints_edge_models.scenes.rendering.raycast import Triangles
 from footprints_edge_models.scenes.rendering.sensor import photograph
-from footprints_edge_models.scenes.rendering.shading import render
+from footprints_edge_models.scenes.rendering.shading.render import render
 
 ROOMS_SHARE = 0.6
 
 
 @dataclass(frozen=True)
-class MadeScene:
+class SyntheticScene:
     """A scene with its picture and what is true of it."""
 
     scene: Scene
     geometry: Geometry = field(repr=False)
     camera: Camera
     image: NDArray[np.uint8] = field(repr=False)
-    truth: Truth = field(repr=False)
+    ground_truth: SceneGroundTruth = field(repr=False)
 
 
-def make_scene(library: TextureLibrary, seed: int, number: int, size: Size) -> MadeScene:
+def generate_scene(library: TextureLibrary, seed: int, number: int, size: Size) -> SyntheticScene:
     """Scene ``number`` of a seed; the split of the library is part of the seed.
 
     Args:
@@ -48,6 +48,6 @@ def make_scene(library: TextureLibrary, seed: int, number: int, size: Size) -> M
     solids = Triangles(geometry.points, geometry.triangles)
     outlines = Triangles(geometry.outlines)
     camera = choose_camera(scene, geometry, picture_size(size, rng), rng, solids, outlines)
-    truth = truth_of(camera, geometry, solids, outlines)
+    ground_truth = trace_ground_truth(camera, geometry, solids, outlines)
     image = photograph(render(scene, geometry, solids, camera, library, rng), rng)
-    return MadeScene(scene, geometry, camera, image, truth)
+    return SyntheticScene(scene, geometry, camera, image, ground_truth)

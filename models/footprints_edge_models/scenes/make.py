@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 
 from footprints_edge.foundation.atomic_write import write_atomically
-from footprints_edge_models.scenes.assets.textures import TextureLibrary
-from footprints_edge_models.scenes.generate import MadeScene, make_scene
+from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
+from footprints_edge_models.scenes.generate import SyntheticScene, generate_scene
 from footprints_edge_models.scenes.ground_truth.boxes import boxes_of
 from footprints_edge_models.scenes.ground_truth.voxels import CLASSES, voxels_of
 from footprints_edge_models.scenes.storage.files import (
@@ -124,15 +124,17 @@ def _begin(job: _Job) -> None:
 def _make(number: int) -> int:
     assert _job is not None, "the process was begun"
     job = _job
-    made = make_scene(job.library, job.settings.seed, number, job.settings.size)
+    made = generate_scene(job.library, job.settings.seed, number, job.settings.size)
     name = scene_name(number)
     if job.settings.split == "test":
         _write_solids(job.folder, name, made)
     quality = int(np.random.default_rng((number, job.settings.seed)).integers(55, 93))
-    return write_scene(job.folder, name, made.scene, made.camera, made.image, made.truth, quality)
+    return write_scene(
+        job.folder, name, made.scene, made.camera, made.image, made.ground_truth, quality
+    )
 
 
-def _write_solids(folder: Path, name: str, made: MadeScene) -> None:
+def _write_solids(folder: Path, name: str, made: SyntheticScene) -> None:
     """Boxes and voxels of a scene, for the baselines that need them."""
     boxes = json.dumps(boxes_of(made.scene, made.camera))
     write_atomically(folder / "boxes" / f"{name}.json", boxes.encode())

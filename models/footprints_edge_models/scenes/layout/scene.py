@@ -6,10 +6,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge_models.scenes.assets.textures import TextureKey
+from footprints_edge_models.scenes.assets.textures.library import TextureKey
 from footprints_edge_models.scenes.assets.things import Patch, Thing
 
-Kind: TypeAlias = Literal["rooms", "street"]
+SceneKind: TypeAlias = Literal["rooms", "street"]
 Colour: TypeAlias = tuple[float, float, float]
 
 
@@ -79,7 +79,7 @@ class Scene:
         look_deg: likely headings of a camera, degrees from +x anticlockwise; empty = any.
     """
 
-    kind: Kind
+    kind: SceneKind
     ground: tuple[Patch, ...]
     things: tuple[Thing, ...]
     lamps: tuple[Lamp, ...]

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge_models.scenes.assets.materials import Palette
-from footprints_edge_models.scenes.assets.textures import TextureLibrary
+from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
 from footprints_edge_models.scenes.layout.scene import Colour, Sky
 from footprints_edge_models.scenes.vectors import vector
 

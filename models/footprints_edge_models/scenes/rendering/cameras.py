@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import Intrinsics, rays
-from footprints_edge_models.scenes.layout.scene import Kind, Scene
+from footprints_edge_models.scenes.layout.scene import Scene, SceneKind
 from footprints_edge_models.scenes.rendering.geometry import GROUND, Geometry
 from footprints_edge_models.scenes.rendering.raycast import Triangles
 
@@ -140,7 +140,7 @@ def _draw(scene: Scene, size: Size, rng: np.random.Generator) -> Camera:
     )
 
 
-def _height_and_pitch(kind: Kind, rng: np.random.Generator) -> tuple[float, float]:
+def _height_and_pitch(kind: SceneKind, rng: np.random.Generator) -> tuple[float, float]:
     if rng.random() < 0.2:
         return float(rng.uniform(0.5, 2.5)), float(rng.uniform(-10, 45))
     if kind == "rooms":

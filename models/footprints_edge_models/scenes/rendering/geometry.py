@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge_models.scenes.assets.materials import Material
-from footprints_edge_models.scenes.assets.things import Part, Thing, composed
+from footprints_edge_models.scenes.assets.things import Thing, ThingPart, composed
 from footprints_edge_models.scenes.layout.scene import Scene
 
 GROUND = -1
@@ -93,7 +93,7 @@ class _Piece:
 
 def _things(scene: Scene, materials: dict[Material, int]) -> _Piece:
     """The triangles of things; those of parts of one shape follow each other."""
-    groups: dict[int, list[tuple[Part, Thing, int, int, int]]] = {}
+    groups: dict[int, list[tuple[ThingPart, Thing, int, int, int]]] = {}
     number = len(scene.ground)
     for index, thing in enumerate(scene.things):
         for part in thing.parts:
@@ -138,7 +138,7 @@ def _things(scene: Scene, materials: dict[Material, int]) -> _Piece:
 
 
 def _uv(
-    parts: list[Part],
+    parts: list[ThingPart],
     turns: NDArray[np.float32],
     numbers: NDArray[np.int32],
     of_part: NDArray[np.int64],

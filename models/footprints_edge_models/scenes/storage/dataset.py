@@ -7,7 +7,7 @@ from typing import overload
 import numpy as np
 
 from footprints_edge_models.sample import NO, TAKEN, UNSEEN, YES, Sample
-from footprints_edge_models.scenes.ground_truth.truth import (
+from footprints_edge_models.scenes.ground_truth.pixels import (
     BEHIND_WALL,
     FOOTPRINT,
     GROUND_ANYWHERE,
@@ -68,7 +68,7 @@ def read_sample(folder: Path, name: str) -> Sample:
         SceneFilesError: it is missing or damaged.
     """
     made = read_scene(folder, name)
-    truth = made.truth
+    truth = made.ground_truth
     ground = np.where(truth.bits & GROUND_ANYWHERE > 0, YES, NO).astype(np.uint8)
     ground[truth.bits & FOOTPRINT > 0] = TAKEN
     gap_m = truth.ground_depth_m - truth.visible_depth_m

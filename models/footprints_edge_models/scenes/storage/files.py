@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge.geometry.camera import Intrinsics, rays
-from footprints_edge_models.scenes.assets.textures import Split
-from footprints_edge_models.scenes.ground_truth.truth import VISIBLE_GROUND, Truth
+from footprints_edge_models.scenes.assets.textures.library import SceneSplit
+from footprints_edge_models.scenes.ground_truth.pixels import VISIBLE_GROUND, SceneGroundTruth
 from footprints_edge_models.scenes.layout.scene import Scene
 from footprints_edge_models.scenes.rendering.cameras import Camera
 
@@ -48,7 +48,7 @@ class SceneSettings:
         textures: folders of photos, by name, and how many of their photos belong to the split.
     """
 
-    split: Split
+    split: SceneSplit
     seed: int
     size: tuple[int, int]
     textures: tuple[tuple[str, int], ...] = ()
@@ -64,7 +64,7 @@ class SceneFile:
         image: uint8 (H, W, 3), RGB.
         intrinsics: in pixels of the picture.
         up: unit (3,), away from the ground, in camera axes.
-        truth: what is true of the picture.
+        ground_truth: its exact labels and depths.
     """
 
     name: str
@@ -72,7 +72,7 @@ class SceneFile:
     image: NDArray[np.uint8] = field(repr=False)
     intrinsics: Intrinsics
     up: NDArray[np.float64]
-    truth: Truth = field(repr=False)
+    ground_truth: SceneGroundTruth = field(repr=False)
 
 
 def scene_name(number: int) -> str:
@@ -145,7 +145,7 @@ def write_scene(
     scene: Scene,
     camera: Camera,
     image: NDArray[np.uint8],
-    truth: Truth,
+    ground_truth: SceneGroundTruth,
     quality: int,
 ) -> int:
     """Writes a scene; how many bytes it takes."""
@@ -154,13 +154,13 @@ def write_scene(
     up = camera.rotation.T @ normal
     eye_m = float(normal @ camera.position_m)
     falls = rays(camera.intrinsics, camera.size) @ up
-    met = truth.ground_depth_m > 0
-    height_m = (eye_m + truth.ground_depth_m * falls) / normal[2]
+    met = ground_truth.ground_depth_m > 0
+    height_m = (eye_m + ground_truth.ground_depth_m * falls) / normal[2]
     height_mm = np.where(met, np.clip(np.rint(height_m * 1000), 0, NO_GROUND - 1), NO_GROUND)
-    seen = (truth.visible_depth_m > 0) & (truth.bits & VISIBLE_GROUND == 0)
+    seen = (ground_truth.visible_depth_m > 0) & (ground_truth.bits & VISIBLE_GROUND == 0)
     inverse = np.zeros(camera.size, np.uint16)
     inverse[seen] = np.clip(
-        np.rint(INVERSE_DEPTH_UNITS / truth.visible_depth_m[seen]), 1, 65535
+        np.rint(INVERSE_DEPTH_UNITS / ground_truth.visible_depth_m[seen]), 1, 65535
     ).astype(np.uint16)
     arrays: dict[str, Any] = {
         "kind": np.array(scene.kind),
@@ -170,7 +170,7 @@ def write_scene(
         "up": up,
         "eye_m": np.array(eye_m),
         "rise": np.array(normal[2]),
-        "bits": truth.bits,
+        "bits": ground_truth.bits,
         "ground_height_mm": height_mm.astype(np.uint8),
         "inverse_depth": np.frombuffer(_packed(inverse), np.uint8),
     }
@@ -213,8 +213,8 @@ def read_scene(folder: Path, name: str) -> SceneFile:
     visible_m[seen] = INVERSE_DEPTH_UNITS / inverse[seen]
     is_ground = bits & VISIBLE_GROUND > 0
     visible_m[is_ground] = ground_m[is_ground]
-    truth = Truth(bits, visible_m, ground_m)
-    return SceneFile(name, kind, cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), camera, up, truth)
+    ground_truth = SceneGroundTruth(bits, visible_m, ground_m)
+    return SceneFile(name, kind, cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), camera, up, ground_truth)
 
 
 def _packed(values: NDArray[np.uint16]) -> bytes:

@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from footprints_edge.drawing.colormap import colours_of
 from footprints_edge.foundation.atomic_write import write_atomically
-from footprints_edge_models.scenes.ground_truth.truth import (
+from footprints_edge_models.scenes.ground_truth.pixels import (
     BEHIND_WALL,
     FOOTPRINT,
     GROUND_ANYWHERE,
@@ -58,7 +58,7 @@ def write_preview(folder: Path, path: Path) -> None:
 
 def labelled(made: SceneFile) -> Picture:
     """The photo with its ground tinted."""
-    bits = made.truth.bits
+    bits = made.ground_truth.bits
     behind = bits & BEHIND_WALL > 0
     seen = bits & VISIBLE_GROUND > 0
     picture = made.image.astype(np.float32) * 0.75
@@ -73,8 +73,8 @@ def labelled(made: SceneFile) -> Picture:
 
 
 def _tile(made: SceneFile) -> Picture:
-    distance = colours_of(made.truth.ground_depth_m)
-    distance[made.truth.bits & GROUND_ANYWHERE == 0] = 30
+    distance = colours_of(made.ground_truth.ground_depth_m)
+    distance[made.ground_truth.bits & GROUND_ANYWHERE == 0] = 30
     return np.vstack([_fitted(p) for p in (made.image, labelled(made), distance)])
 
 

@@ -12,14 +12,14 @@ from footprints_edge.geometry.camera import rays
 from footprints_edge_models.cli import app
 from footprints_edge_models.data.datasets import DatasetError, load_datasets
 from footprints_edge_models.sample import NO, TAKEN, UNSEEN, YES
-from footprints_edge_models.scenes.assets.textures import (
-    KINDS,
+from footprints_edge_models.scenes.assets.textures.library import (
     TextureKey,
     TextureLibrary,
     photo_split,
 )
-from footprints_edge_models.scenes.generate import make_scene
-from footprints_edge_models.scenes.ground_truth.truth import (
+from footprints_edge_models.scenes.assets.textures.patterns import PATTERNS
+from footprints_edge_models.scenes.generate import generate_scene
+from footprints_edge_models.scenes.ground_truth.pixels import (
     BEHIND_WALL,
     FOOTPRINT,
     GROUND_ANYWHERE,
@@ -61,13 +61,15 @@ def apart(tmp_path_factory):
 
 @pytest.mark.parametrize("number", range(4))
 def test_what_is_read_is_what_was_true(folder, library, number):
-    made, read = make_scene(library, 3, number, SIZE), read_scene(folder, f"{number:06d}")
-    assert np.array_equal(read.truth.bits, made.truth.bits)
+    made, read = generate_scene(library, 3, number, SIZE), read_scene(folder, f"{number:06d}")
+    assert np.array_equal(read.ground_truth.bits, made.ground_truth.bits)
     assert read.intrinsics == made.camera.intrinsics
-    assert np.array_equal(read.truth.ground_depth_m > 0, made.truth.ground_depth_m > 0)
+    assert np.array_equal(
+        read.ground_truth.ground_depth_m > 0, made.ground_truth.ground_depth_m > 0
+    )
     # beyond a few degrees of the horizon, half a millimetre of height is a lot of depth
     for name, tolerance in (("ground_depth_m", 0.002), ("visible_depth_m", 0.005)):
-        mine, theirs = getattr(read.truth, name), getattr(made.truth, name)
+        mine, theirs = getattr(read.ground_truth, name), getattr(made.ground_truth, name)
         known = (theirs > 0.25) & (theirs < 80)
         assert np.allclose(mine[known], theirs[known], rtol=tolerance)
     difference = np.abs(read.image.astype(float) - made.image).mean()
@@ -115,7 +117,7 @@ def test_samples_say_what_is_known(folder):
     samples = read_scenes(folder)
     assert len(samples) == 8
     for name, sample in zip(samples.names, samples, strict=True):
-        truth = read_scene(folder, name).truth
+        truth = read_scene(folder, name).ground_truth
         assert ((sample.visible_ground == YES) == (truth.bits & VISIBLE_GROUND > 0)).all()
         assert set(np.unique(sample.visible_ground)) <= {NO, YES}
         gap_m = truth.ground_depth_m - truth.visible_depth_m
@@ -152,7 +154,7 @@ def test_splits_share_no_scene(folder, apart):
 
 def test_splits_share_no_texture():
     train, test = TextureLibrary("train"), TextureLibrary("test")
-    for kind in set(KINDS) - {"blank"}:  # one grey, to be tinted
+    for kind in set(PATTERNS) - {"blank"}:  # one grey, to be tinted
         drawn = {train.draw(TextureKey(kind, n)).tobytes() for n in range(4)}
         assert not drawn & {test.draw(TextureKey(kind, n)).tobytes() for n in range(4)}
 
@@ -192,10 +194,12 @@ def test_boxes_and_voxels_are_what_the_bench_reads(apart):
         size = made.image.shape[:2]
         grid = read_voxels(apart / "voxels" / f"{name}.npz")
         depth_m, _ = grid.floor(made.intrinsics, size)
-        visible_m = made.truth.visible_depth_m
+        visible_m = made.ground_truth.visible_depth_m
         # SSCNet's volume ends 2.4 m to the side of the camera and 4.8 m ahead
         right = np.abs(rays(made.intrinsics, size)[..., 0])
-        near = (made.truth.bits & VISIBLE_GROUND > 0) & (visible_m * np.maximum(right, 0.6) < 2)
+        near = (made.ground_truth.bits & VISIBLE_GROUND > 0) & (
+            visible_m * np.maximum(right, 0.6) < 2
+        )
         both = near & np.isfinite(depth_m)
         assert both.sum() >= 0.9 * near.sum()
         assert not np.isfinite(depth_m[visible_m > 6]).any()

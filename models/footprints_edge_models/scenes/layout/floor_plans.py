@@ -71,7 +71,7 @@ class Wall:
 
 
 @dataclass(frozen=True)
-class Plan:
+class FloorPlan:
     """Rooms up to the middle of their walls, and the walls."""
 
     rooms: tuple[Rect, ...]
@@ -81,7 +81,7 @@ class Plan:
 
 
 @dataclass
-class _Split:
+class _Partition:
     along_x: bool
     position: float
     start: float
@@ -89,11 +89,11 @@ class _Split:
     gaps: list[Opening] = field(default_factory=list)
 
 
-def draw_plan(rng: np.random.Generator) -> Plan:
+def draw_plan(rng: np.random.Generator) -> FloorPlan:
     """One large hall, rooms along a corridor, or a flat."""
     height = float(rng.uniform(2.4, 3.2))
     dice = rng.random()
-    splits: list[_Split] = []
+    splits: list[_Partition] = []
     if dice < 0.12:
         outer = Rect(0, 0, float(rng.uniform(7, 16)), float(rng.uniform(6, 14)))
         rooms = [outer]
@@ -123,11 +123,15 @@ def draw_plan(rng: np.random.Generator) -> Plan:
         ends = [s.position for s in splits if s.along_x != along_x]
         holes = [h for h in holes if all(not h.start - 0.2 < e < h.end + 0.2 for e in ends)]
         walls.append(Wall(along_x, position, 0.0, end, inside, tuple(holes)))
-    return Plan(tuple(rooms), tuple(walls), float(rng.uniform(0.08, 0.24)), height)
+    return FloorPlan(tuple(rooms), tuple(walls), float(rng.uniform(0.08, 0.24)), height)
 
 
 def _divide(
-    rect: Rect, splits: list[_Split], rooms: list[Rect], most_m2: float, rng: np.random.Generator
+    rect: Rect,
+    splits: list[_Partition],
+    rooms: list[Rect],
+    most_m2: float,
+    rng: np.random.Generator,
 ) -> None:
     across = rect.width > rect.depth if rng.random() < 0.85 else rect.width <= rect.depth
     side = rect.width if across else rect.depth
@@ -139,17 +143,17 @@ def _divide(
         _divide(half, splits, rooms, most_m2, rng)
 
 
-def _cut(rect: Rect, across: bool, cut: float, splits: list[_Split]) -> tuple[Rect, Rect]:
+def _cut(rect: Rect, across: bool, cut: float, splits: list[_Partition]) -> tuple[Rect, Rect]:
     if across:
         x = rect.x0 + cut
-        splits.append(_Split(False, x, rect.y0, rect.y1))
+        splits.append(_Partition(False, x, rect.y0, rect.y1))
         return Rect(rect.x0, rect.y0, x, rect.y1), Rect(x, rect.y0, rect.x1, rect.y1)
     y = rect.y0 + cut
-    splits.append(_Split(True, y, rect.x0, rect.x1))
+    splits.append(_Partition(True, y, rect.x0, rect.x1))
     return Rect(rect.x0, rect.y0, rect.x1, y), Rect(rect.x0, y, rect.x1, rect.y1)
 
 
-def _along_corridor(outer: Rect, splits: list[_Split], rng: np.random.Generator) -> list[Rect]:
+def _along_corridor(outer: Rect, splits: list[_Partition], rng: np.random.Generator) -> list[Rect]:
     wide = float(rng.uniform(1.3, 2.4))
     low, rest = _cut(outer, False, float(rng.uniform(2.8, outer.depth - wide - 2.8)), splits)
     corridor, high = _cut(rest, False, wide, splits)
@@ -165,7 +169,7 @@ def _along_corridor(outer: Rect, splits: list[_Split], rng: np.random.Generator)
     return rooms
 
 
-def _connect(rooms: list[Rect], splits: list[_Split], rng: np.random.Generator) -> None:
+def _connect(rooms: list[Rect], splits: list[_Partition], rng: np.random.Generator) -> None:
     """Doors and openings between neighbours, until every room can be reached."""
     group = list(range(len(rooms)))
     pairs = []

@@ -15,7 +15,7 @@ stands between the camera and the ground on the ray."""
 
 
 @dataclass(frozen=True)
-class Truth:
+class SceneGroundTruth:
     """What is known of a picture; all of its (H, W).
 
     Attributes:
@@ -30,7 +30,9 @@ class Truth:
     ground_depth_m: NDArray[np.float32] = field(repr=False)
 
 
-def truth_of(camera: Camera, geometry: Geometry, solids: Triangles, outlines: Triangles) -> Truth:
+def trace_ground_truth(
+    camera: Camera, geometry: Geometry, solids: Triangles, outlines: Triangles
+) -> SceneGroundTruth:
     """Follows the ray of every pixel to what it meets first, and to the ground.
 
     S* is where the ray's first meeting with the ground, everything else taken away, lies in no
@@ -65,4 +67,4 @@ def truth_of(camera: Camera, geometry: Geometry, solids: Triangles, outlines: Tr
     bits[behind_wall] |= BEHIND_WALL
     visible_m = np.where(met_any, seen.distance, 0).astype(np.float32)
     shape = camera.size
-    return Truth(bits.reshape(shape), visible_m.reshape(shape), depth_m.reshape(shape))
+    return SceneGroundTruth(bits.reshape(shape), visible_m.reshape(shape), depth_m.reshape(shape))

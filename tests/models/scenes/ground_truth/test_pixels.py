@@ -4,11 +4,12 @@ holds in every made scene."""
 import numpy as np
 import pytest
 
-from footprints_edge_models.scenes.assets import furniture, vehicles
+from footprints_edge_models.scenes.assets.furniture import tables
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.things import Patch, box, joined, rectangle
-from footprints_edge_models.scenes.generate import make_scene
-from footprints_edge_models.scenes.ground_truth.truth import (
+from footprints_edge_models.scenes.assets.vehicles import cars
+from footprints_edge_models.scenes.generate import generate_scene
+from footprints_edge_models.scenes.ground_truth.pixels import (
     BEHIND_WALL,
     FOOTPRINT,
     GROUND_ANYWHERE,
@@ -82,7 +83,7 @@ def test_ground_under_a_table_is_ground_and_under_a_low_box_is_not(
 
 def test_a_table_top_is_never_visible_ground(scene_of, camera, truth_for, library):
     palette = Palette(library, np.random.default_rng(1))
-    table = furniture.table(palette, 1.6, 0.9, 0.74, laid=0.0).at(0, 2.5)
+    table = tables.table(palette, 1.6, 0.9, 0.74, laid=0.0).at(0, 2.5)
     truth = truth_for(scene_of(table), camera)
     height = 1.5 + world_rays(camera)[..., 2] * truth.visible_depth_m
     on_top = (np.abs(height - 0.74) < 0.01) & (truth.visible_depth_m > 0)
@@ -93,7 +94,7 @@ def test_a_table_top_is_never_visible_ground(scene_of, camera, truth_for, librar
 
 def test_the_ground_under_a_vehicle_is_not_walkable(scene_of, camera, truth_for, library):
     for seed in range(3):
-        car = vehicles.car(Palette(library, np.random.default_rng(seed)))
+        car = cars.car(Palette(library, np.random.default_rng(seed)))
         low, high = car.extent
         truth = truth_for(scene_of(car.at(0, 5.0)), camera)
         depth, at = floor_points(camera)
@@ -136,8 +137,8 @@ def test_floor_behind_a_wall_is_ground_and_marked(scene_of, camera, truth_for, p
 
 @pytest.mark.parametrize("number", range(12))
 def test_what_holds_in_every_scene(library, number):
-    made = make_scene(library, 7, number, (96, 160))
-    truth = made.truth
+    made = generate_scene(library, 7, number, (96, 160))
+    truth = made.ground_truth
     seen, ground = truth.bits & VISIBLE_GROUND > 0, truth.bits & GROUND_ANYWHERE > 0
     taken = truth.bits & FOOTPRINT > 0
     assert made.image.shape == (*truth.bits.shape, 3)
