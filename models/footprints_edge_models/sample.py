@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from footprints_edge.geometry.camera import Intrinsics
 
-NO, YES, UNSEEN, TAKEN, UNKNOWN = 0, 1, 2, 3, 255
+NO, YES, UNSEEN, FOOTPRINT, UNKNOWN = 0, 1, 2, 3, 255
 """Label values: known not to be ground; known to be; watched but never seen (the paper's prior
 applies, eq. 3c); known not to be, for a thing stands on that very spot (its footprint); nothing
 known."""
@@ -29,7 +29,7 @@ class Sample:
         image: uint8 (H, W, 3), RGB.
         intrinsics: the camera, in pixels of this picture; assumed where nobody measured it.
         visible_ground: uint8 (H, W): NO, YES or UNKNOWN.
-        ground: uint8 (H, W): NO or TAKEN (untraversable), YES (traversable), UNSEEN
+        ground: uint8 (H, W): NO or FOOTPRINT (untraversable), YES (traversable), UNSEEN
             or UNKNOWN.
         visible_depth_m: float16 (H, W), metres along the optical axis, 0 = unknown; or None.
         ground_depth_m: float16 (H, W), likewise, of the walkable surface on the ray; or None.

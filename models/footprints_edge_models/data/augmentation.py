@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT, LAMBDA
 from footprints_edge_models.networks.channels import MAX_DEPTH_M, MIN_DEPTH_M
 from footprints_edge_models.networks.edge import FOCAL_PX
-from footprints_edge_models.sample import NO, TAKEN, UNKNOWN, UNSEEN, YES, Sample
-from footprints_edge_models.training.losses import FOOTPRINT_WEIGHT, LAMBDA
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES, Sample
 
 
 @dataclass(frozen=True)
-class View:
+class VirtualView:
     """A virtual camera's picture and targets, all float32 (h, w) but the image, uint8 (h, w, 3).
 
     The fields after ``image`` are those of :class:`losses.Targets`; depths are canonical.
@@ -29,10 +29,10 @@ class View:
 
     image: NDArray[np.uint8]
     visible_ground: NDArray[np.float32]
-    visible_ground_known: NDArray[np.float32]
+    visible_ground_valid: NDArray[np.float32]
     ground: NDArray[np.float32]
     untraversable: NDArray[np.float32]
-    prior: NDArray[np.float32]
+    unknown_weight: NDArray[np.float32]
     moving: NDArray[np.float32]
     visible_depth_m: NDArray[np.float32]
     ground_depth_m: NDArray[np.float32]
@@ -53,7 +53,7 @@ class VirtualCamera:
     flip: bool
 
 
-def covering_camera(
+def draw_virtual_camera(
     sample: Sample, size: tuple[int, int], rng: np.random.Generator | None
 ) -> VirtualCamera:
     """A camera whose view lies in the sample's picture but for corners; central without ``rng``.
@@ -82,12 +82,12 @@ def covering_camera(
     return VirtualCamera(intrinsics, rolled, rng is not None and rng.random() < 0.5)
 
 
-def render(
+def render_view(
     sample: Sample,
     size: tuple[int, int],
     rng: np.random.Generator | None = None,
     focal_px: float = FOCAL_PX,
-) -> View:
+) -> VirtualView:
     """The view of a random virtual camera with jittered colours; central and plain without rng.
 
     Args:
@@ -96,7 +96,7 @@ def render(
         rng: decides where to look; without, at the middle.
         focal_px: of the canonical camera that depths are given for.
     """
-    view = covering_camera(sample, size, rng)
+    view = draw_virtual_camera(sample, size, rng)
     target, source = view.intrinsics, sample.intrinsics
     homography = source.matrix @ view.rotation.T @ np.linalg.inv(target.matrix)
 
@@ -127,12 +127,12 @@ def render(
     if sample.moving is not None:
         moving = warp(sample.moving, linear=False, outside=0)
     ground = warp(sample.ground, linear=False, outside=UNKNOWN)
-    return View(
-        image if rng is None else jitter(image, rng),
+    return VirtualView(
+        image if rng is None else jitter_colours(image, rng),
         (visible == YES).astype(np.float32),
         (visible != UNKNOWN).astype(np.float32),
         (ground == YES).astype(np.float32),
-        (ground == NO).astype(np.float32) + FOOTPRINT_WEIGHT * (ground == TAKEN),
+        (ground == NO).astype(np.float32) + FOOTPRINT_WEIGHT * (ground == FOOTPRINT),
         LAMBDA * (ground == UNSEEN).astype(np.float32),
         moving.astype(np.float32),
         canonical(sample.visible_depth_m),
@@ -140,7 +140,7 @@ def render(
     )
 
 
-def jitter(image: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+def jitter_colours(image: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
     """Brightness, contrast, gamma, saturation, hue, grey, blur and noise, as cameras differ."""
     values = np.arange(256) / 255
     values = values ** np.exp(rng.normal(0, 0.25))

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge_models.sample import NO, TAKEN, UNKNOWN, YES, Sample
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, YES, Sample
 
 CAMERA_HEIGHT_M = 1.5
 """Of the cars that took the photos: what turns rows into metres, for footprints only."""
@@ -23,7 +23,7 @@ _TRIES = 12
 
 
 @dataclass(frozen=True)
-class Kind:
+class CutoutClass:
     """A class of things that stand on the ground.
 
     Attributes:
@@ -62,16 +62,18 @@ class Cutout:
     mask: NDArray[np.bool_]
     rows_below_horizon: float
     brightness: float
-    kind: Kind
+    kind: CutoutClass
 
 
-class Composites(Sequence[Sample]):
+class CopyPastePhotos(Sequence[Sample]):
     """Photos with things of other photos set down in them, made when they are asked for.
 
     Each index is always the same picture.
     """
 
-    def __init__(self, photos: Sequence[LabelledPhoto], kinds: Sequence[Kind], seed: int) -> None:
+    def __init__(
+        self, photos: Sequence[LabelledPhoto], kinds: Sequence[CutoutClass], seed: int
+    ) -> None:
         """Cuts the things out; there are as many composites as photos."""
         self._photos = photos
         self._labels = [kind.label for kind in kinds]
@@ -94,7 +96,7 @@ class Composites(Sequence[Sample]):
         return photo.sample
 
 
-def cut_out(photo: LabelledPhoto, kinds: Sequence[Kind]) -> list[Cutout]:
+def cut_out(photo: LabelledPhoto, kinds: Sequence[CutoutClass]) -> list[Cutout]:
     """The whole things of a photo: away from its borders, with their feet on visible ground."""
     found = []
     image, ids = photo.sample.image, photo.ids
@@ -219,7 +221,7 @@ def _with_shadow(
 
 
 def _ground_below(
-    photo: LabelledPhoto, window: tuple[slice, slice], mask: NDArray[np.bool_], kind: Kind
+    photo: LabelledPhoto, window: tuple[slice, slice], mask: NDArray[np.bool_], kind: CutoutClass
 ) -> NDArray[np.uint8]:
     """S* in the window: footprint, what may be footprint, and the ground that goes on behind."""
     focal_px = photo.sample.intrinsics.focal_px
@@ -232,5 +234,5 @@ def _ground_below(
     behind_m = distance_m - scale / np.maximum(lowest - photo.horizon_row, 1)
     ground = photo.sample.ground[window].copy()
     ground[mask & (ground == YES) & (behind_m < kind.longest_m)] = UNKNOWN
-    ground[mask & (behind_m < kind.solid_m)] = TAKEN
+    ground[mask & (behind_m < kind.solid_m)] = FOOTPRINT
     return ground

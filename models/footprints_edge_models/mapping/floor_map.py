@@ -26,7 +26,7 @@ LOW_M, BODY_M = 0.35, 1.8
 
 
 @dataclass(frozen=True)
-class Frame:
+class DepthFrame:
     """A depth frame and its camera-to-world pose (4, 4)."""
 
     depth_m: NDArray[np.float32]
@@ -46,7 +46,7 @@ class Frame:
             return np.where(fall < -1e-6, -plane.height_m(translation) / fall, 0)
 
 
-def fit_floor(frames: Iterable[Frame], up: NDArray[np.float64]) -> Plane:
+def fit_floor(frames: Iterable[DepthFrame], up: NDArray[np.float64]) -> Plane:
     """The lowest well-filled horizontal plane of a clip.
 
     Args:
@@ -66,7 +66,7 @@ def fit_floor(frames: Iterable[Frame], up: NDArray[np.float64]) -> Plane:
 
 
 def ground_by_depth(
-    frame: Frame, plane: Plane, tolerance_m: float | NDArray[np.float32] = FLOOR_HEIGHT_M
+    frame: DepthFrame, plane: Plane, tolerance_m: float | NDArray[np.float32] = FLOOR_HEIGHT_M
 ) -> NDArray[np.uint8]:
     """Visible ground as measured depth shows it.
 
@@ -94,7 +94,7 @@ class FloorMap:
     origin_m: NDArray[np.float64]
     cell_m: float
 
-    def project(self, frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    def project(self, frame: DepthFrame) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """The map as a frame's camera sees it, everything else removed.
 
         Returns:
@@ -111,7 +111,7 @@ class FloorMap:
         return cells, depth_m.astype(np.float32)
 
 
-def build_floor_map(frames: list[Frame], plane: Plane, cell_m: float = 0.04) -> FloorMap:
+def build_floor_map(frames: list[DepthFrame], plane: Plane, cell_m: float = 0.04) -> FloorMap:
     """Aggregate a clip.
 
     A cell is free where floor was seen in it and more often than something standing on it (a table

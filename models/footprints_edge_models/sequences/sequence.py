@@ -16,7 +16,7 @@ from PIL import Image
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.images import decode
-from footprints_edge_models.mapping.floor_map import Frame
+from footprints_edge_models.mapping.floor_map import DepthFrame
 from footprints_edge_models.mapping.stereo import stereo_depth_m
 
 LEAST_HITS = 2
@@ -27,7 +27,7 @@ class SequenceError(FootprintsError):
     """A sequence is missing, or not laid out as expected."""
 
 
-class Source(Protocol):
+class LazyArray(Protocol):
     """Something of a frame that can be read when it is wanted."""
 
     def read(self) -> NDArray[np.float32]:
@@ -95,7 +95,7 @@ class Flow:
         to: name of the frame that it leads to.
     """
 
-    source: Source
+    source: LazyArray
     to: str
 
 
@@ -119,17 +119,17 @@ class SequenceFrame:
     image: Path
     intrinsics: Intrinsics
     camera_to_world: NDArray[np.float64] = field(repr=False)
-    depth: Source
-    ground: Source | None = None
+    depth: LazyArray
+    ground: LazyArray | None = None
     flow: Flow | None = None
 
-    def measured(self) -> Frame:
+    def measured(self) -> DepthFrame:
         """The frame's depth with its pose, the camera in pixels of the depth; reads the depth."""
         depth_m = self.depth.read()
         size, camera = (depth_m.shape[0], depth_m.shape[1]), self.intrinsics
         if size != self.image_size():
             camera = camera.scaled(self.image_size(), size)
-        return Frame(depth_m, camera, self.camera_to_world)
+        return DepthFrame(depth_m, camera, self.camera_to_world)
 
     def image_size(self) -> tuple[int, int]:
         """(H, W) of the picture; reads its header only."""

@@ -11,10 +11,10 @@ from dataclasses import fields
 import numpy as np
 import torch
 
-from footprints_edge_models.data.augmentation import View, render
-from footprints_edge_models.data.datasets import Dataset
+from footprints_edge_models.data.augmentation import VirtualView, render_view
+from footprints_edge_models.data.mixture import TrainingDataset
+from footprints_edge_models.data.targets import Targets
 from footprints_edge_models.networks.edge import focal_px_at
-from footprints_edge_models.training.losses import Targets
 
 Batch = tuple[torch.Tensor, Targets]
 """RGB float32 (B, 3, h, w) in [0, 1], and what is known of it."""
@@ -31,7 +31,7 @@ def view_size(size: tuple[int, int], rng: np.random.Generator) -> tuple[int, int
     return size
 
 
-def stack(views: list[View]) -> Batch:
+def stack(views: list[VirtualView]) -> Batch:
     """Views of one size to a batch."""
     images = torch.from_numpy(np.stack([view.image for view in views]))
     targets = {
@@ -42,7 +42,7 @@ def stack(views: list[View]) -> Batch:
 
 
 def make_batch(
-    datasets: dict[str, Dataset], size: tuple[int, int], count: int, seed: int, step: int
+    datasets: dict[str, TrainingDataset], size: tuple[int, int], count: int, seed: int, step: int
 ) -> Batch:
     """The batch of one step: each picture's dataset drawn by share, all views of one size."""
     rng = np.random.default_rng((seed, step))
@@ -53,12 +53,12 @@ def make_batch(
     views = []
     for choice in rng.choice(len(filled), count, p=shares / shares.sum()):
         samples = filled[choice].train
-        views.append(render(samples[rng.integers(len(samples))], size, rng, focal_px))
+        views.append(render_view(samples[rng.integers(len(samples))], size, rng, focal_px))
     return stack(views)
 
 
 def batches(
-    datasets: dict[str, Dataset],
+    datasets: dict[str, TrainingDataset],
     sizes: list[tuple[int, int]],
     count: int,
     seed: int,

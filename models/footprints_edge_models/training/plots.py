@@ -9,8 +9,8 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from footprints_edge_models.data.augmentation import render
-from footprints_edge_models.data.datasets import Dataset
+from footprints_edge_models.data.augmentation import render_view
+from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.networks.channels import disparity_to_depth_m
 
 GREEN, BLUE = (40, 200, 90), (60, 120, 255)
@@ -54,7 +54,7 @@ def draw_curves(run: Path) -> None:
 
 @torch.no_grad()
 def draw_predictions(
-    network: nn.Module, datasets: dict[str, Dataset], size: tuple[int, int], path: Path
+    network: nn.Module, datasets: dict[str, TrainingDataset], size: tuple[int, int], path: Path
 ) -> None:
     """A grid: picture; visible (green) and hidden (blue) ground; visible and ground depth."""
     was_training = network.training
@@ -63,7 +63,7 @@ def draw_predictions(
     rows = []
     for dataset in datasets.values():
         for sample in dataset.held_out[:: max(1, len(dataset.held_out) // 3)][:3]:
-            image = render(sample, size).image
+            image = render_view(sample, size).image
             batch = torch.from_numpy(image).permute(2, 0, 1)[None].float().to(device) / 255
             raw = network(batch)[0].cpu()
             visible, ground = (raw[:2] > 0).numpy()

@@ -11,9 +11,11 @@ from PIL import Image, ImageDraw, ImageFont
 from footprints_edge.drawing.colormap import FARTHEST_M, colour_scale, colours_of, scale_position
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge_models.video_labels.files import frame_names, read_frame
-from footprints_edge_models.video_labels.footprint_masks import GROUND_PROBABILITY
+from footprints_edge_models.video_labels.footprint_masks import (
+    GROUND_PROBABILITY,
+    NOT_GROUND_PROBABILITY,
+)
 from footprints_edge_models.video_labels.labeller import FrameLabels
-from footprints_edge_models.video_labels.training_targets import NOT_GROUND_PROBABILITY
 
 WIDTH_PX = 1960
 ROWS = 8

@@ -13,6 +13,8 @@ from footprints_edge_models.mapping.planes import fit_plane
 
 GROUND_PROBABILITY = 0.75
 """Above this a pixel is ground to fit planes to and to warp; below 0.5 it is not."""
+NOT_GROUND_PROBABILITY = 0.5
+"""A pixel that is surely seen and surely not ground lies below it."""
 LEAST_GROUND_PX = 100
 """Fewer ground pixels carry no plane: then nothing is known to be untraversable."""
 FARTHEST_M = 30.0

@@ -9,15 +9,11 @@ from PIL import Image
 
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge_models.data.datasets import (
-    CAMVID,
-    DatasetError,
-    PhotoLabels,
-    load_datasets,
-    read_photos,
-    read_rgbd_clip,
-    read_stereo_clip,
-)
+from footprints_edge_models.data.errors import DatasetError
+from footprints_edge_models.data.mixture import load_datasets
+from footprints_edge_models.data.readers.labelled_photos import CAMVID, PhotoLabels, read_photos
+from footprints_edge_models.data.readers.rgbd_clip import read_rgbd_clip
+from footprints_edge_models.data.readers.stereo_clip import read_stereo_clip
 from footprints_edge_models.sample import NO, UNKNOWN, UNSEEN, YES
 
 ROAD, WALL, PERSON, SKY, VOID = 1, 2, 3, 4, 9
@@ -308,8 +304,8 @@ def test_photos_of_streets_come_with_things_set_down_in_them_too(tmp_path):
     ids[50:100, 60:80] = 9
     write_photo(tmp_path / "camvid" / "train", "walker", ids)
     datasets = load_datasets(tmp_path)
-    assert list(datasets) == ["camvid", "camvid composites"]
-    composites = datasets["camvid composites"].train
+    assert list(datasets) == ["camvid", "camvid copy-paste"]
+    composites = datasets["camvid copy-paste"].train
     assert len(composites) == 2
     added = [s for s in composites if ((s.visible_ground == NO) & (s.ground == YES)).any()]
     assert added, "nothing hides known ground"

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import torch
 
-from footprints_edge_models.training.losses import Targets, losses, multiscale_losses
+from footprints_edge_models.data.targets import Targets
+from footprints_edge_models.training.losses import losses, multiscale_losses
 
 SCALES = ("1/1", "1/2", "1/4", "1/8")
 NAMES = {
@@ -52,7 +53,7 @@ def published_targets(inputs, prior):
     ones = torch.ones_like(inputs["target_depth"])
     return Targets(
         visible_ground=inputs["target_visible_ground"],
-        visible_ground_known=ones,
+        visible_ground_valid=ones,
         ground=inputs["target_all_ground"],
         untraversable=inputs["target_depth_mask"],
         prior=prior * ones,
@@ -88,7 +89,7 @@ def test_only_known_pixels_get_a_gradient():
     known[0, 2:4, 3:6] = 1
     raw = torch.rand(1, 4, 6, 8, requires_grad=True)
     targets = with_targets(
-        1, 6, 8, visible_ground_known=known, untraversable=known, ground_depth_m=7 * known
+        1, 6, 8, visible_ground_valid=known, untraversable=known, ground_depth_m=7 * known
     )
     losses(raw, targets)["loss"].backward()
     touched = raw.grad[0] != 0
@@ -103,10 +104,10 @@ def test_cross_entropy_of_a_known_visible_pixel_over_all_pixels():
     logits = torch.tensor([[math.log(3), 5.0], [5.0, 5.0]])
     walkable = losses(
         raw_with(0, logits),
-        with_targets(1, 2, 2, visible_ground=known, visible_ground_known=known),
+        with_targets(1, 2, 2, visible_ground=known, visible_ground_valid=known),
     )
     assert walkable["visible_ground"].item() == pytest.approx(-math.log(0.75) / 4, abs=1e-6)
-    not_walkable = losses(raw_with(0, logits), with_targets(1, 2, 2, visible_ground_known=known))
+    not_walkable = losses(raw_with(0, logits), with_targets(1, 2, 2, visible_ground_valid=known))
     assert not_walkable["visible_ground"].item() == pytest.approx(-math.log(0.25) / 4, abs=1e-6)
 
 
@@ -159,7 +160,7 @@ def test_depth_loss_is_the_log_of_the_error_in_metres(channel):
 
 
 def test_multiscale_losses_are_means_over_scales():
-    targets = with_targets(1, 4, 4, visible_ground_known=torch.ones(1, 4, 4))
+    targets = with_targets(1, 4, 4, visible_ground_valid=torch.ones(1, 4, 4))
     low, high = torch.full((1, 4, 4, 4), -1.0), torch.full((1, 4, 4, 4), 2.0)
     scales = {"1/1": low, "1/2": high, "1/4": high, "1/8": high}
     found = multiscale_losses(scales, targets)["loss"].item()

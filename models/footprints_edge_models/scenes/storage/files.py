@@ -90,6 +90,14 @@ def scene_names(folder: Path) -> list[str]:
     return sorted(path.stem for path in (folder / "truth").glob("*.npz"))
 
 
+def scene_bytes(folder: Path, name: str) -> int | None:
+    """The bytes that a scene takes; None where it is not there."""
+    arrays, image = folder / "truth" / f"{name}.npz", folder / "images" / f"{name}.jpg"
+    if not (arrays.is_file() and image.is_file()):
+        return None
+    return arrays.stat().st_size + image.stat().st_size
+
+
 def write_settings(folder: Path, settings: SceneSettings) -> None:
     """Begins a folder, or makes sure that one begun before was begun likewise.
 

@@ -10,8 +10,13 @@ from typer.testing import CliRunner
 
 from footprints_edge.geometry.camera import rays
 from footprints_edge_models.cli import app
-from footprints_edge_models.data.datasets import DatasetError, load_datasets
-from footprints_edge_models.sample import NO, TAKEN, UNSEEN, YES
+from footprints_edge_models.data.errors import DatasetError
+from footprints_edge_models.data.mixture import load_datasets
+from footprints_edge_models.data.readers.synthetic_scenes import (
+    MOST_BEHIND_WALL_M,
+    read_synthetic_scenes,
+)
+from footprints_edge_models.sample import FOOTPRINT, NO, UNSEEN, YES
 from footprints_edge_models.scenes.assets.textures.library import (
     TextureKey,
     TextureLibrary,
@@ -21,12 +26,11 @@ from footprints_edge_models.scenes.assets.textures.patterns import PATTERNS
 from footprints_edge_models.scenes.generate import generate_scene
 from footprints_edge_models.scenes.ground_truth.pixels import (
     BEHIND_WALL,
-    FOOTPRINT,
     GROUND_ANYWHERE,
     VISIBLE_GROUND,
 )
+from footprints_edge_models.scenes.ground_truth.pixels import FOOTPRINT as FOOTPRINT_BIT
 from footprints_edge_models.scenes.make import make_scenes
-from footprints_edge_models.scenes.storage.dataset import MOST_BEHIND_WALL_M, read_scenes
 from footprints_edge_models.scenes.storage.files import (
     SceneFilesError,
     SceneSettings,
@@ -47,7 +51,7 @@ def fill(folder, count=4, *, jobs=1, split="train", seed=3, textures=()):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data") / "made_scenes"
+    folder = tmp_path_factory.mktemp("data") / "synthetic_scenes"
     fill(folder, 8)
     return folder
 
@@ -90,7 +94,7 @@ def test_a_folder_is_gone_on_with_and_kept(folder, tmp_path):
     before = {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*.npz")}
     (tmp_path / "truth" / "000001.npz").unlink()
     reported = fill(tmp_path, 5)
-    assert sorted(size > 0 for size in reported) == [False, False, True, True, True]
+    assert sorted(outcome.state for outcome in reported) == ["done"] * 3 + ["kept"] * 2
     assert len(scene_names(tmp_path)) == 5
     for path, stamp in before.items():
         if path.stem != "000001":
@@ -114,7 +118,7 @@ def test_a_damaged_scene_is_named(tmp_path):
 
 
 def test_samples_say_what_is_known(folder):
-    samples = read_scenes(folder)
+    samples = read_synthetic_scenes(folder)
     assert len(samples) == 8
     for name, sample in zip(samples.names, samples, strict=True):
         truth = read_scene(folder, name).ground_truth
@@ -124,7 +128,7 @@ def test_samples_say_what_is_known(folder):
         far = (truth.bits & BEHIND_WALL > 0) & (gap_m > MOST_BEHIND_WALL_M)
         assert ((sample.ground == UNSEEN) == far).all()
         known = truth.bits & GROUND_ANYWHERE > 0
-        assert ((sample.ground == TAKEN) == ((truth.bits & FOOTPRINT > 0) & ~far)).all()
+        assert ((sample.ground == FOOTPRINT) == ((truth.bits & FOOTPRINT_BIT > 0) & ~far)).all()
         assert ((sample.ground == YES) == (known & ~far)).all()
         assert ((sample.ground_depth_m > 0) == (sample.ground == YES)).all()
         assert not ((sample.visible_ground == YES) & (sample.ground != YES)).any()
@@ -134,15 +138,15 @@ def test_samples_say_what_is_known(folder):
 
 
 def test_training_finds_them_and_reads_them_when_drawn(folder):
-    dataset = load_datasets(folder.parent)["made_scenes"]
+    dataset = load_datasets(folder.parent)["synthetic_scenes"]
     assert len(dataset.train) == 8
     assert dataset.train[0].image.shape[2] == 3
 
 
 def test_test_scenes_are_not_trained_on(apart):
     with pytest.raises(SceneFilesError, match="test split"):
-        read_scenes(apart)
-    (apart.parent / "made_scenes").symlink_to(apart)
+        read_synthetic_scenes(apart)
+    (apart.parent / "synthetic_scenes").symlink_to(apart)
     with pytest.raises(DatasetError, match="test split"):
         load_datasets(apart.parent)
 
@@ -222,4 +226,4 @@ def test_the_command_makes_goes_on_and_shows(tmp_path):
 
 def test_a_folder_without_scenes_is_explained(tmp_path):
     with pytest.raises(SceneFilesError, match="fp-train scenes"):
-        read_scenes(tmp_path)
+        read_synthetic_scenes(tmp_path)

@@ -13,11 +13,9 @@ from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.sample import NO, UNKNOWN, UNSEEN, YES, Sample, nearest, within
 from footprints_edge_models.video_labels.footprint_masks import (
     GROUND_PROBABILITY,
+    NOT_GROUND_PROBABILITY,
     drop_large_regions,
 )
-
-NOT_GROUND_PROBABILITY = 0.5
-"""A pixel that is surely seen and surely not ground lies below it."""
 
 
 def label_sample(
