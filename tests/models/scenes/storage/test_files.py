@@ -227,3 +227,27 @@ def test_the_command_makes_goes_on_and_shows(tmp_path):
 def test_a_folder_without_scenes_is_explained(tmp_path):
     with pytest.raises(SceneFilesError, match="fp-train scenes"):
         read_synthetic_scenes(tmp_path)
+
+
+def test_a_scene_that_fails_costs_only_itself(folder, tmp_path, monkeypatch):
+    def failing(library, seed, number, size):
+        if number == 1:
+            raise ZeroDivisionError("no camera")
+        return generate_scene(library, seed, number, size)
+
+    monkeypatch.setattr("footprints_edge_models.scenes.make.generate_scene", failing)
+    out = tmp_path / "out"
+    arguments = ["scenes", str(out), "--count", "3", "--seed", "3", "--size", "96x160", "-j", "1"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 1, result.output
+    assert "scene 1 failed: ZeroDivisionError: no camera" in result.stderr
+    said = json.loads(result.stdout.splitlines()[-1])
+    assert (said["made"], said["kept"], said["failed"]) == (2, 0, 1)
+    assert scene_names(out) == ["000000", "000002"]
+    monkeypatch.undo()
+    said = json.loads(CliRunner().invoke(app, arguments).stdout.splitlines()[-1])
+    assert (said["made"], said["kept"], said["failed"]) == (1, 2, 0)
+    for name in scene_names(out):
+        assert (out / f"truth/{name}.npz").read_bytes() == (
+            folder / f"truth/{name}.npz"
+        ).read_bytes()
