@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from footprints_edge.cli.sources import SUFFIXES
+from footprints_edge.inputs.image_files import IMAGE_SUFFIXES
 from footprints_edge_bench.ground_truth.base import TruthError
 
 
@@ -13,6 +13,6 @@ def picture_named(folder: Path, stem: str) -> Path:
         TruthError: there is none.
     """
     for path in sorted(folder.glob(f"{stem}.*")):
-        if path.suffix.lower() in SUFFIXES:
+        if path.suffix.lower() in IMAGE_SUFFIXES:
             return path
     raise TruthError(f"{folder}: no picture named {stem}; put it there, as .jpg or .png")

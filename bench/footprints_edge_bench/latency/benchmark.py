@@ -6,13 +6,14 @@ from itertools import permutations
 from pathlib import Path
 from typing import Any
 
-from footprints_edge.cli.sources import expand
 from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
 from footprints_edge.errors import FootprintsError, ImageError
 from footprints_edge.foundation.types import Floats, Rgb, Size
+from footprints_edge.inputs.image_files import image_files
 from footprints_edge.inputs.images import decode
 from footprints_edge.inputs.preprocessing import enough_for, preprocess
 from footprints_edge.model_files.metadata import ModelMetadata
+from footprints_edge.outputs.writers import OUTPUT_ENDINGS
 from footprints_edge_bench.engines.backend import Contender, EngineError, Running, Setting
 from footprints_edge_bench.engines.open_backend import ENGINES, as_frame, open_contender
 from footprints_edge_bench.latency.machine import Machine
@@ -200,7 +201,7 @@ def photos_by_size(folder: Path, rows: Sequence[Contender]) -> dict[Size, list[R
         LatencyError: the folder holds no picture that can be read.
         ImageError: there is no such folder.
     """
-    paths = [source.path for source in expand(str(folder), recursive=True) if source.path]
+    paths = image_files(folder, recursive=True, skip_endings=OUTPUT_ENDINGS)
     step = max(1, -(-len(paths) // MOST_PHOTOS))
     sizes = {row.size for row in rows}
     largest = enough_for((max(h for h, _ in sizes), max(w for _, w in sizes)))

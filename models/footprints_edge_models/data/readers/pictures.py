@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from footprints_edge.cli.sources import SUFFIXES
+from footprints_edge.inputs.image_files import IMAGE_SUFFIXES
 from footprints_edge_models.data.errors import DatasetError
 
 
@@ -14,4 +14,4 @@ def list_pictures(folder: Path) -> list[Path]:
     """
     if not folder.is_dir():
         raise DatasetError(f"{folder}: no such folder; see CONTRIBUTING.md for the data layout")
-    return sorted(p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES)
+    return sorted(p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES)
