@@ -1,8 +1,8 @@
-"""Labels made from video, as a training sample: what the paper's training makes of them.
+"""Video labels as a training sample, by the rules of the paper's training.
 
 The three pixel sets of eq. 3: ground that some frame saw (YES), untraversable pixels (NO), and all
-others, where the prior holds (UNSEEN). Where nobody can tell whether the ground is visible, and no
-other frame saw any, nothing is known (UNKNOWN).
+others, the unknown pixels (UNSEEN). Where the probability of visible ground is undecided, and no
+other frame saw ground, there is no label (UNKNOWN).
 """
 
 import cv2
@@ -26,7 +26,7 @@ def label_sample(
     ground_probability: NDArray[np.floating],
     ground_depth_m: NDArray[np.floating],
     visible_depth_m: NDArray[np.floating] | None = None,
-    untraversable: NDArray[np.bool_] | None = None,
+    footprint_mask: NDArray[np.bool_] | None = None,
     moving: NDArray[np.bool_] | None = None,
 ) -> Sample:
     """A sample at the picture's size, or at ``LONGEST_SIDE_PX``; labels may be of any size.
@@ -38,8 +38,8 @@ def label_sample(
         ground_probability: (h, w), of visible ground.
         ground_depth_m: (h, w), metres, of the walkable surface on the ray; 0 = none.
         visible_depth_m: (h, w), metres, 0 = unknown.
-        untraversable: (h, w): pixels known not to be ground; None where nobody looked.
-        moving: (h, w): moving objects; None where nobody looked.
+        footprint_mask: (h, w), footprints of objects; None where there are no masks.
+        moving: (h, w), moving objects; None where there are no masks.
     """
     height, width = image.shape[:2]
     size = within((height, width))
@@ -48,8 +48,8 @@ def label_sample(
     undecided = ~visible & (probability >= NOT_GROUND_PROBABILITY)
     depth_m = nearest(ground_depth_m, size)
     obstacle = np.zeros(size, bool)
-    if untraversable is not None:
-        obstacle = nearest(drop_large_regions(untraversable), size)
+    if footprint_mask is not None:
+        obstacle = nearest(drop_large_regions(footprint_mask), size)
     ground = np.where(undecided, UNKNOWN, UNSEEN).astype(np.uint8)
     ground[visible | (depth_m > 0)] = YES
     ground[obstacle] = NO
@@ -64,7 +64,7 @@ def label_sample(
         ground,
         None if depth_seen_m is None else depth_seen_m.astype(np.float16),
         np.where(ground == YES, depth_m, 0).astype(np.float16),
-        # What moves hides ground that other frames may have seen; what they see of it themselves,
-        # and what is known to stand there, holds all the same.
+        # Moving objects hide ground that other frames may have seen. Visible ground and footprints
+        # are labelled all the same.
         None if moving is None else (nearest(moving, size) & ~visible & ~obstacle).astype(np.uint8),
     )

@@ -1,4 +1,4 @@
-"""One made scene from its number: the scene, the camera, the photo and the exact answer."""
+"""Generates one synthetic scene from its number: scene, camera, photo and ground truth."""
 
 from dataclasses import dataclass, field
 
@@ -23,7 +23,7 @@ ROOMS_SHARE = 0.6
 
 @dataclass(frozen=True)
 class SyntheticScene:
-    """A scene with its picture and what is true of it."""
+    """A scene with its photo and its ground truth."""
 
     scene: Scene
     geometry: Geometry = field(repr=False)
@@ -33,12 +33,12 @@ class SyntheticScene:
 
 
 def generate_scene(library: TextureLibrary, seed: int, number: int, size: Size) -> SyntheticScene:
-    """Scene ``number`` of a seed; the split of the library is part of the seed.
+    """Generate scene ``number`` of a seed; the split of the library is part of the seed.
 
     Args:
-        library: textures of the split that the scene is for.
-        seed: of the whole set.
-        number: of the scene, from 0.
+        library: textures of the scene's split.
+        seed: seed of the whole set.
+        number: number of the scene, from 0.
         size: (H, W) of a landscape picture; portraits and squares have about as many pixels.
     """
     rng = np.random.default_rng((SPLITS.index(library.split), seed, number))

@@ -1,4 +1,4 @@
-"""KITTI raw, and the training data that was published with the paper for it.
+"""Drives of KITTI raw, with or without the training data published with the paper.
 
 Raw: ``{drive}/image_02/data/0000000005.jpg`` (or ``png``) and the same below ``image_03``, the
 left and right colour camera; ``{date}/calib_cam_to_cam.txt``; ``{drive}/oxts/data``. A drive is
@@ -35,7 +35,7 @@ logger = logging.getLogger(__name__)
 LEFT, RIGHT = "image_02", "image_03"
 
 BASELINE_M = 0.54
-"""Published, between the two colour cameras; taken where there is no calibration."""
+"""The published baseline of the colour cameras, used where there is no calibration."""
 TRAINING_WIDTH_PX = 640
 
 
@@ -44,9 +44,9 @@ class Rig:
     """The two rectified colour cameras.
 
     Attributes:
-        intrinsics: of both, in pixels of their pictures.
-        width_px: of their pictures.
-        baseline_m: how far the right camera stands to the right.
+        intrinsics: of both, in pixels of their images.
+        width_px: width of their images.
+        baseline_m: distance of the right camera from the left one.
     """
 
     intrinsics: Intrinsics
@@ -65,9 +65,9 @@ class Disparity:
 
     Attributes:
         file: float (h, w).
-        focal_per_width: horizontal focal length as a share of the picture's width.
-        baseline_m: between the cameras.
-        bias_px: taken off the disparity first, in pixels of a map ``TRAINING_WIDTH_PX`` wide.
+        focal_per_width: horizontal focal length as a share of the image's width.
+        baseline_m: baseline of the cameras.
+        bias_px: subtracted from the disparity first, in pixels of a map ``TRAINING_WIDTH_PX`` wide.
     """
 
     file: NpyFile
@@ -112,7 +112,7 @@ def is_drive(folder: Path) -> bool:
 
 
 def read_kitti_raw(raw: Path, drive: str, published: Path | None = None) -> Sequence:
-    """A drive, both cameras, for making labels.
+    """Read a drive, both cameras, for making labels.
 
     Poses are the published ones, else those of the GPS records. Depth is the published disparity,
     else the two pictures (then only of the left camera). Frames that lack a pose or depth are left

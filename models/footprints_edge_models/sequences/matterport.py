@@ -1,4 +1,4 @@
-"""Matterport3D, and the training data that was published with the paper for it.
+"""Scans of Matterport3D, with or without the training data published with the paper.
 
 Raw: ``{scan}/{scan}/`` with ``matterport_color_images``, ``matterport_depth_images``,
 ``matterport_camera_poses`` and ``matterport_camera_intrinsics``. Each tripod position (``pos``) has
@@ -30,7 +30,7 @@ from footprints_edge_models.sequences.sequence import (
 HEIGHTS = (1, 2)
 """The cameras that look ahead and down: those that the paper trains on."""
 METRES_PER_UNIT = 0.00025
-"""Of the depth pictures."""
+"""Unit of the depth pictures."""
 
 _PICTURE = re.compile(r"(?P<pos>[0-9a-zA-Z]+)_i(?P<height>\d)_(?P<direction>\d)")
 
@@ -44,13 +44,13 @@ def is_scan(folder: Path) -> bool:
 def read_matterport(
     raw: Path, scan: str, published: Path | None = None, heights: tuple[int, ...] = HEIGHTS
 ) -> Sequence:
-    """A scan, for making labels.
+    """Read a scan, for making labels.
 
     Args:
         raw: folder of the scans.
         scan: such as ``2azQ1b91cZZ``.
         published: folder or zip of the published training data, for its ground segmentation.
-        heights: which cameras of the tripod count.
+        heights: the cameras of the tripod to use.
 
     Raises:
         SequenceError: there is no such scan, or a file of it is missing or not as documented.

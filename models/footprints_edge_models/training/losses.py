@@ -1,7 +1,7 @@
 """The paper's training loss (section "Final training loss", eq. 3), for any mix of sources.
 
-Each source supervises only what it knows. Where a target is unknown its weight is zero, so that a
-labelled photo, which says nothing about distance or about what is hidden, trains what it can.
+Each dataset supervises only what it labels. A target without a label has weight zero, so that a
+labelled photo, which holds neither depth nor hidden ground, trains visible ground alone.
 """
 
 from collections.abc import Mapping
@@ -37,8 +37,8 @@ def losses(raw: torch.Tensor, targets: Targets) -> dict[str, torch.Tensor]:
     """The four sublosses of one output and their sum, scalars.
 
     Args:
-        raw: float32 (B, 4, H, W), raw channels (see :mod:`maps`).
-        targets: what is known of the batch.
+        raw: float32 (B, 4, H, W), raw channels (see :mod:`channels`).
+        targets: of the batch.
     """
     parts = {
         "visible_ground": visible_ground_loss(raw[:, 0], targets),

@@ -1,4 +1,4 @@
-"""Pictures of a training run: its curves, and what the network makes of held-out samples."""
+"""Plots of a training run: its curves, and predictions on held-out samples."""
 
 import csv
 from pathlib import Path
@@ -17,7 +17,7 @@ GREEN, BLUE = (40, 200, 90), (60, 120, 255)
 
 
 def draw_curves(run: Path) -> None:
-    """Losses and held-out scores of a run folder's CSV files to its ``curves.png``."""
+    """Plot the losses and held-out scores in a run folder to its ``curves.png``."""
     from matplotlib.figure import Figure
 
     with (run / "train.csv").open() as file:
@@ -56,7 +56,7 @@ def draw_curves(run: Path) -> None:
 def draw_predictions(
     network: nn.Module, datasets: dict[str, TrainingDataset], size: tuple[int, int], path: Path
 ) -> None:
-    """A grid: picture; visible (green) and hidden (blue) ground; visible and ground depth."""
+    """Draw a grid: image; visible (green) and hidden (blue) ground; visible and ground depth."""
     was_training = network.training
     network.eval()
     device = next(network.parameters()).device

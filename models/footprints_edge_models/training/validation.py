@@ -1,4 +1,4 @@
-"""How good a network is on held-out samples, per dataset: the numbers that training logs."""
+"""Scores of a network on held-out samples, per dataset, as training logs them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ from footprints_edge_models.training.batches import stack
 
 @dataclass(frozen=True)
 class ValidationScores:
-    """Sums over the pixels where the truth is known; NaN where nothing is.
+    """Scores over all labelled pixels; NaN where there are none.
 
     Attributes:
-        visible_ground_iou: of S at probability 0.5.
-        ground_iou: of S*, over traversable and untraversable pixels.
+        visible_ground_iou: IoU of S at probability 0.5.
+        ground_iou: IoU of S*, over traversable and untraversable pixels.
         visible_depth_abs_rel: mean |d - d^| / d of D, canonical camera.
         ground_depth_abs_rel: the same of D*.
         ground_depth_a1: share of D* within a factor of 1.25.
@@ -47,7 +47,7 @@ def validate(
         raw = network(image.to(device))
         visible, ground = raw[:, 0] > 0, raw[:, 1] > 0
         visible_m, ground_m = disparity_to_depth_m(raw[:, 2:]).unbind(1)
-        known = targets.visible_ground_valid > 0
+        valid = targets.visible_ground_valid > 0
         decided = (targets.ground + targets.untraversable) > 0
         true_visible, true_ground = targets.visible_ground > 0, targets.ground > 0
         has_visible_m, has_ground_m = targets.visible_depth_m > 0, targets.ground_depth_m > 0
@@ -55,8 +55,8 @@ def validate(
         ratio = (ground_m / targets.ground_depth_m)[has_ground_m]
         pixels += np.array(
             [
-                (visible & true_visible & known).sum().item(),
-                ((visible | true_visible) & known).sum().item(),
+                (visible & true_visible & valid).sum().item(),
+                ((visible | true_visible) & valid).sum().item(),
                 (ground & true_ground & decided).sum().item(),
                 ((ground | true_ground) & decided).sum().item(),
                 visible_error.sum().item(),

@@ -10,7 +10,7 @@ from footprints_edge_models.data.copy_paste import (
     CutoutClass,
     LabelledPhoto,
     cut_out,
-    set_down,
+    paste,
 )
 from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, YES, Sample
 
@@ -63,7 +63,7 @@ def test_parts_specks_and_floating_things_are_left(thing, why):
 def composed(walker):
     empty = street()
     for seed in range(20):
-        result = set_down(empty, walker, [PERSON, CAR], np.random.default_rng(seed))
+        result = paste(empty, walker, [PERSON, CAR], np.random.default_rng(seed))
         if result is not None:
             return empty, result
     raise AssertionError("never found room on an empty road")
@@ -121,7 +121,7 @@ def test_the_photo_is_changed_around_the_thing_only_and_never_in_place(composed)
 def test_nothing_is_set_down_behind_a_nearer_thing(walker):
     crowded = street((CAR, 90, 200, 0, 300))
     for seed in range(20):
-        assert set_down(crowded, walker, [PERSON, CAR], np.random.default_rng(seed)) is None
+        assert paste(crowded, walker, [PERSON, CAR], np.random.default_rng(seed)) is None
 
 
 def test_an_index_is_always_the_same_picture():

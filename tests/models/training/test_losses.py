@@ -56,7 +56,7 @@ def published_targets(inputs, prior):
         visible_ground_valid=ones,
         ground=inputs["target_all_ground"],
         untraversable=inputs["target_depth_mask"],
-        prior=prior * ones,
+        unknown_weight=prior * ones,
         moving=inputs["target_moving_object_mask"],
         visible_depth_m=inputs["target_depth"],
         ground_depth_m=inputs["target_ground_depth"],
@@ -116,7 +116,12 @@ def test_ground_weighs_its_three_pixel_sets():
     found = losses(
         raw_with(1, logits),
         with_targets(
-            1, 1, 3, ground=[[[1, 0, 0]]], untraversable=[[[0, 1, 0]]], prior=[[[1, 1, 0.25]]]
+            1,
+            1,
+            3,
+            ground=[[[1, 0, 0]]],
+            untraversable=[[[0, 1, 0]]],
+            unknown_weight=[[[1, 1, 0.25]]],
         ),
     )
     expected = (-math.log(0.75) - math.log(0.25) - 0.25 * math.log(0.25)) / 3
@@ -125,7 +130,7 @@ def test_ground_weighs_its_three_pixel_sets():
 
 def test_a_footprint_counts_three_times_and_leaves_no_room_for_the_prior():
     logits = torch.full((1, 2), math.log(3))  # probability 0.75
-    targets = with_targets(1, 1, 2, untraversable=[[[1, 3]]], prior=[[[0.25, 0.25]]])
+    targets = with_targets(1, 1, 2, untraversable=[[[1, 3]]], unknown_weight=[[[0.25, 0.25]]])
     found = losses(raw_with(1, logits), targets)["ground"]
     assert found.item() == pytest.approx(-4 * math.log(0.25) / 2, abs=1e-6)
 
@@ -139,7 +144,7 @@ def test_the_moving_mask_silences_decided_pixels_and_not_the_prior():
         3,
         ground=[[[1, 0, 0]]],
         untraversable=[[[0, 1, 0]]],
-        prior=[[[0.25, 0.25, 0.25]]],
+        unknown_weight=[[[0.25, 0.25, 0.25]]],
         moving=[[[1, 1, 1]]],
     )
     found = losses(raw, targets)["ground"]

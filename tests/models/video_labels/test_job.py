@@ -85,7 +85,7 @@ def test_every_frame_is_labelled_once_and_reads_back(finished, scripts):
             values = getattr(read, field)
             assert values.dtype == np.float32
             np.testing.assert_allclose(values, getattr(made, field), rtol=5e-4)
-        np.testing.assert_array_equal(read.untraversable, made.untraversable)
+        np.testing.assert_array_equal(read.footprint_mask, made.footprint_mask)
         np.testing.assert_array_equal(read.moving, made.moving)
     # Half of the labelled ground is not seen in the frame itself.
     assert hidden_share(outcomes.values()) == 0.5

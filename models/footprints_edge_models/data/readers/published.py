@@ -7,7 +7,7 @@ from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.sample import Sample
 
 MOST_PUBLISHED = 3000
-"""Samples taken of a published data set of tens of thousands: about half a megabyte each."""
+"""Published datasets hold tens of thousands of samples, about half a megabyte each in memory."""
 
 
 def read_published(
@@ -15,8 +15,11 @@ def read_published(
 ) -> Iterator[Sample]:
     """Raw data in a folder NAME_raw, and beside it NAME_training_data, folder or zip.
 
-    Of the split in ``train.txt`` in the raw folder, evenly spread lines are taken: all samples are
-    kept in memory.
+    ``train.txt`` in the raw folder lists the samples. At most ``MOST_PUBLISHED`` of them, evenly
+    spread, are read: all are kept in memory.
+
+    Raises:
+        DatasetError: there is no published data beside the raw data.
     """
     published = raw.with_name(raw.name.removesuffix("_raw") + "_training_data")
     packed = published.with_name(published.name + ".zip")

@@ -21,8 +21,8 @@ from footprints_edge_models.sequences.sequence import SequenceError
 SIDES = {"l": LEFT, "r": RIGHT}
 """How the published splits call the cameras."""
 DISPARITY_BIAS_PX = 1.25
-"""The published training takes it off the disparities, in pixels of ``TRAINING_WIDTH_PX``; the
-published making of labels does not."""
+"""Published training subtracts it from the disparities, in pixels of ``TRAINING_WIDTH_PX``; the
+published labelling does not."""
 
 
 def read_kitti_training(raw: Path, published: Path, split: Iterable[str]) -> Iterator[Sample]:
@@ -59,7 +59,7 @@ def read_kitti_training(raw: Path, published: Path, split: Iterable[str]) -> Ite
             ground_probability=FirstChannel(label("ground_seg")).read(),
             ground_depth_m=np.squeeze(label("hidden_depths").read()),
             visible_depth_m=depth.read(),
-            untraversable=np.squeeze(mask.read()) > 0 if mask.exists() else None,
+            footprint_mask=np.squeeze(mask.read()) > 0 if mask.exists() else None,
             moving=np.squeeze(moving.read()) > 0 if moving.exists() else None,
         )
 

@@ -38,7 +38,7 @@ def read_matterport_training(raw: Path, published: Path, split: Iterable[str]) -
         folder = raw / scan / scan
         name = f"{scan}/data/{pos}_{height}_{direction}.npy"
         hidden_m = np.squeeze(NpyFile(published, f"hidden_depth/{name}").read())
-        told = (hidden_m > NO_HIDDEN_DEPTH_M) & (hidden_m < FARTHEST_HIDDEN_M)
+        valid = (hidden_m > NO_HIDDEN_DEPTH_M) & (hidden_m < FARTHEST_HIDDEN_M)
         mask = NpyFile(published, f"depth_masks/{name}")
         image = folder / "matterport_color_images" / f"{pos}_i{height}_{direction}.jpg"
         depth = DepthPicture(depth_path(folder, pos, height, direction), METRES_PER_UNIT)
@@ -47,9 +47,9 @@ def read_matterport_training(raw: Path, published: Path, split: Iterable[str]) -
             decode(image).rgb,
             intrinsics_of(folder, pos, height),
             ground_probability=FirstChannel(NpyFile(published, f"ground_seg/{name}")).read(),
-            ground_depth_m=np.where(told, hidden_m, 0),
+            ground_depth_m=np.where(valid, hidden_m, 0),
             visible_depth_m=depth.read(),
-            untraversable=np.squeeze(mask.read()) > 0 if mask.exists() else None,
+            footprint_mask=np.squeeze(mask.read()) > 0 if mask.exists() else None,
         )
 
 

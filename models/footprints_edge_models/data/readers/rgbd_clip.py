@@ -17,14 +17,14 @@ from footprints_edge_models.sample import NO, UNSEEN, YES, Sample, shrunk
 from footprints_edge_models.sequences.folders import read_sequence_folder
 
 MOST_BEHIND_M = 3.0
-"""Floor farther than this behind what is seen (the next room, say) teaches guessing: unseen."""
+"""Floor farther than this behind what is seen (the next room, say) cannot be inferred: UNSEEN."""
 
 
 def read_rgbd_clip(folder: Path) -> Iterator[Sample]:
     """A folder with ``sequence.json``, ``images/`` and ``depth/`` (16-bit millimetres).
 
-    Visible ground is what lies on the floor plane by depth; ground, seen or hidden, and its depth
-    come from the floor map of the whole clip.
+    Visible ground lies on the floor plane, by depth. Ground, seen or hidden, and its depth come
+    from the floor map of the whole clip.
     """
     sequence = read_sequence_folder(folder)
     frames = [entry.measured() for entry in sequence.frames]

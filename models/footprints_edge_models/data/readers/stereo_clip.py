@@ -16,13 +16,13 @@ from footprints_edge_models.sample import NO, UNKNOWN, YES, Sample, shrunk
 logger = logging.getLogger(__name__)
 
 MOST_STEREO_GROUND_M = 30.0
-"""Farther away, half a metre of stereo depth is less than a disparity step: no telling ground."""
+"""Farther away, half a metre of depth is less than a disparity step: no label."""
 
 
 def read_stereo_clip(folder: Path) -> Iterator[Sample]:
     """Rectified stereo pairs in ``image_l/`` and ``image_r/`` with KITTI's ``calib.txt``.
 
-    The street is a plane fitted to the depth in front of the camera; what is hidden stays unknown.
+    The street is a plane fitted to the depth in front of the camera. Hidden ground has no label.
     """
     left, right = np.loadtxt(folder / "calib.txt").reshape(2, 3, 4)
     baseline_m = -right[0, 3] / right[0, 0]

@@ -24,6 +24,6 @@ def read_video_labels(folder: Path) -> Iterator[Sample]:
             ground_probability=labels.ground_probability,
             ground_depth_m=labels.ground_depth_m,
             visible_depth_m=labels.visible_depth_m,
-            untraversable=labels.untraversable,
+            footprint_mask=labels.footprint_mask,
             moving=labels.moving,
         )

@@ -1,4 +1,4 @@
-"""Things made of parts, where they stand, and the ground they take.
+"""Things made of parts, their placement and their footprints.
 
 World axes: x and y along the ground, z up, metres.
 """
@@ -24,7 +24,7 @@ from footprints_edge_models.scenes.assets.shapes import (
 
 STANDS_BELOW_M = 0.35
 """A part that reaches lower than this takes the ground below it; one that begins higher, a table
-top, say, does not (as in the floor maps of RGB-D clips, see ``floor_map.LOW_M``)."""
+top, say, does not (as in the floor maps of RGB-D clips, ``mapping.floor_map.LOW_M``)."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +44,10 @@ class ThingPart:
 
 @dataclass(frozen=True)
 class Thing:
-    """Something that stands in a scene.
+    """An object of a scene.
 
     Attributes:
-        label: what it is.
+        label: its class.
         parts: in the thing's own axes: z = 0 is the ground below it.
         outlines: convex outlines (K, 2) of the ground it takes, in its own axes; None derives them
             from the parts that reach below STANDS_BELOW_M.

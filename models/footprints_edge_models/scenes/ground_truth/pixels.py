@@ -1,4 +1,4 @@
-"""The exact answer for a picture: S, D, S* and D* of the paper, and why there is none."""
+"""Exact ground truth per pixel: S, D, S* and D* of the paper, and why there is no ground."""
 
 from dataclasses import dataclass, field
 
@@ -10,19 +10,19 @@ from footprints_edge_models.scenes.rendering.geometry import GROUND, Geometry
 from footprints_edge_models.scenes.rendering.raycast import Triangles
 
 VISIBLE_GROUND, GROUND_ANYWHERE, FOOTPRINT, BEHIND_WALL = 1, 2, 4, 8
-"""Bits of a pixel's label: S; S*; the ground on the ray is taken by a thing; a wall or a building
-stands between the camera and the ground on the ray."""
+"""Bits of a pixel's label: S; S*; the ground on the ray is an object's footprint; a wall or a
+building stands between the camera and the ground on the ray."""
 
 
 @dataclass(frozen=True)
 class SceneGroundTruth:
-    """What is known of a picture; all of its (H, W).
+    """The ground truth of a photo, all of its (H, W).
 
     Attributes:
-        bits: uint8, see VISIBLE_GROUND and its companions.
+        bits: uint8, a combination of VISIBLE_GROUND and its companions.
         visible_depth_m: float32, metres along the optical axis to what is seen, 0 for the sky.
-        ground_depth_m: float32, to the ground on the ray if everything else were taken away, also
-            where a thing takes it; 0 where the ray meets none.
+        ground_depth_m: float32, to the ground on the ray with everything else removed, footprints
+            included; 0 where the ray meets no ground.
     """
 
     bits: NDArray[np.uint8] = field(repr=False)
@@ -33,17 +33,17 @@ class SceneGroundTruth:
 def trace_ground_truth(
     camera: Camera, geometry: Geometry, solids: Triangles, outlines: Triangles
 ) -> SceneGroundTruth:
-    """Follows the ray of every pixel to what it meets first, and to the ground.
+    """Trace the ray of every pixel to its first hit, and to the ground.
 
-    S* is where the ray's first meeting with the ground, everything else taken away, lies in no
-    thing's outline. S is where that meeting is also the first with anything.
+    S* holds where the first hit with the ground, everything else removed, lies in no footprint. S
+    holds where that is also the first hit with anything.
     """
     origins, directions = camera.rays()
     seen = solids.first_hits(origins, directions)
     met_any = seen.triangle >= 0
     is_seen = met_any & (geometry.thing[seen.triangle] == GROUND)
     depth_m = np.where(is_seen, seen.distance, 0).astype(np.float32)
-    # what is seen of the ground is also its first meeting with the ray: only the others are asked
+    # visible ground is the first hit with the ground, too: only the other rays are traced
     rest = np.flatnonzero(~is_seen)
     ground = Triangles(geometry.points[geometry.triangles[geometry.thing == GROUND]])
     found = ground.first_hits(origins[rest], np.take(directions.T, rest, axis=1).T)

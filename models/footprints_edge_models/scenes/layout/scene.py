@@ -1,4 +1,4 @@
-"""A made scene before it is rendered: ground, things, light, and where a camera may stand."""
+"""A scene before it is rendered: ground, things, light, and where a camera may stand."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -30,7 +30,7 @@ class Lamp:
 
 @dataclass(frozen=True)
 class Sky:
-    """What is far away, and the light from there.
+    """The sky and the horizon, and their light.
 
     Attributes:
         towards_sun: unit (3,).
@@ -53,7 +53,7 @@ class Sky:
 
 @dataclass(frozen=True)
 class Standpoint:
-    """A rectangle, in x and y, that a camera may stand in, and how often."""
+    """A rectangle, in x and y, that a camera may stand in, and its weight in the draw."""
 
     x0: float
     y0: float
@@ -71,8 +71,8 @@ class Scene:
         ground: the walkable patches, in the world.
         things: what stands there, placed.
         lamps: lights inside; none on streets.
-        sky: what is seen where nothing is.
-        ambient: light that comes from everywhere.
+        sky: the background.
+        ambient: ambient light.
         standpoints: where a camera may be.
         slope: how much the ground rises along x and y; everything rises with it.
         haze_m: distance at which haze hides two thirds of a surface.

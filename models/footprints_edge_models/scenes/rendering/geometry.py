@@ -10,7 +10,7 @@ from footprints_edge_models.scenes.assets.things import Thing, ThingPart, compos
 from footprints_edge_models.scenes.layout.scene import Scene
 
 GROUND = -1
-"""The thing that walkable ground belongs to."""
+"""The index in ``thing`` of walkable ground."""
 KERB_M = 0.03
 """Patches this high get faces down to the road."""
 GRAINED = frozenset({"wood", "planks", "bark", "metal", "fabric"})
@@ -31,8 +31,8 @@ class Geometry:
         part: int32 (T,), unique for each part and patch.
         materials: what the surfaces are made of.
         is_wall: bool (T,), whether the triangle's thing is a wall.
-        outlines: float32 (F, 3, 3), the ground that things take, as triangles at z = 0.
-        outline_thing: int32 (F,), whose it is.
+        outlines: float32 (F, 3, 3), the footprints of things, as triangles at z = 0.
+        outline_thing: int32 (F,), the thing of each.
     """
 
     points: NDArray[np.float32] = field(repr=False)

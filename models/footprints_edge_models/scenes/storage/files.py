@@ -1,7 +1,7 @@
-"""Made scenes on disk: a JPEG and an npz of 20 to 50 kB a scene, written whole or not at all.
+"""Synthetic scenes on disk: a JPEG and an npz of 20 to 50 kB per scene, written atomically.
 
-Depth is kept as 1/z, in which planes are linear, and where the ground is met as its height above
-a plane: both compress well.
+Depth is stored as inverse depth, in which planes are linear, and as height above a plane where the
+ray meets ground: both compress well.
 """
 
 import io
@@ -27,25 +27,25 @@ from footprints_edge_models.scenes.rendering.cameras import Camera
 MANIFEST = "scenes.json"
 FORMAT = 1
 INVERSE_DEPTH_UNITS = 16384.0
-"""1/z is kept in units of 1/INVERSE_DEPTH_UNITS per metre: right to 0.03 % at 10 m, 0.3 % at
-100 m; nothing nearer than 0.25 m."""
+"""Inverse depth is stored in units of 1/INVERSE_DEPTH_UNITS per metre: right to 0.03 % at 10 m and
+0.3 % at 100 m; nothing is nearer than 0.25 m."""
 NO_GROUND = 255
-"""In place of the ground's height in millimetres, where the ray meets none."""
+"""Stored instead of the ground's height in millimetres where the ray meets no ground."""
 
 
 class SceneFilesError(FootprintsError):
-    """A folder of made scenes is missing, damaged, or was made otherwise."""
+    """A folder of synthetic scenes is missing, damaged, or was begun with other settings."""
 
 
 @dataclass(frozen=True)
 class SceneSettings:
-    """What decides every byte of a folder of scenes but how many there are.
+    """Everything that decides the bytes of a folder of scenes, besides their number.
 
     Attributes:
         split: train or test.
-        seed: of the set.
+        seed: seed of the set.
         size: (H, W) of its landscape pictures.
-        textures: folders of photos, by name, and how many of their photos belong to the split.
+        textures: folders of photos: name, and number of photos that belong to the split.
     """
 
     split: SceneSplit
@@ -56,10 +56,10 @@ class SceneSettings:
 
 @dataclass(frozen=True)
 class SceneFile:
-    """One scene as read.
+    """One scene, as read.
 
     Attributes:
-        name: of the scene in its folder.
+        name: name of the scene in its folder.
         kind: rooms or street.
         image: uint8 (H, W, 3), RGB.
         intrinsics: in pixels of the picture.
@@ -81,7 +81,7 @@ def scene_name(number: int) -> str:
 
 
 def scene_names(folder: Path) -> list[str]:
-    """The scenes that are whole, in order.
+    """The names of the scenes, in order.
 
     Raises:
         SceneFilesError: the folder holds no scenes.
@@ -99,7 +99,7 @@ def scene_bytes(folder: Path, name: str) -> int | None:
 
 
 def write_settings(folder: Path, settings: SceneSettings) -> None:
-    """Begins a folder, or makes sure that one begun before was begun likewise.
+    """Begin a folder, or check that it was begun with the same settings.
 
     Raises:
         SceneFilesError: it was begun with other settings.
@@ -108,7 +108,7 @@ def write_settings(folder: Path, settings: SceneSettings) -> None:
         begun = read_settings(folder)
         if begun != settings:
             raise SceneFilesError(
-                f"{folder}: begun as {begun}, not as {settings}; go on with the same settings, "
+                f"{folder}: begun as {begun}, not as {settings}; resume with the same settings, "
                 "or give another folder"
             )
         return
@@ -125,7 +125,7 @@ def write_settings(folder: Path, settings: SceneSettings) -> None:
 
 
 def read_settings(folder: Path) -> SceneSettings:
-    """How a folder of scenes was made.
+    """The settings of a folder of scenes.
 
     Raises:
         SceneFilesError: it holds none, or those of another version.
@@ -143,7 +143,8 @@ def read_settings(folder: Path) -> SceneSettings:
         )
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise SceneFilesError(
-            f"{path}: no readable settings of made scenes ({error}); make them: fp-train scenes"
+            f"{path}: no readable settings of synthetic scenes ({error}); make them: "
+            "fp-train scenes"
         ) from error
 
 
@@ -156,7 +157,7 @@ def write_scene(
     ground_truth: SceneGroundTruth,
     quality: int,
 ) -> int:
-    """Writes a scene; how many bytes it takes."""
+    """Write a scene; returns the bytes that it takes."""
     normal = np.array([-scene.slope[0], -scene.slope[1], 1.0])
     normal /= np.linalg.norm(normal)
     up = camera.rotation.T @ normal
@@ -192,7 +193,7 @@ def write_scene(
 
 
 def read_scene(folder: Path, name: str) -> SceneFile:
-    """Reads a scene.
+    """Read a scene.
 
     Raises:
         SceneFilesError: it is missing or damaged.
@@ -209,7 +210,7 @@ def read_scene(folder: Path, name: str) -> SceneFile:
         encoded = np.fromfile(folder / "images" / f"{name}.jpg", np.uint8)
         picture = cv2.imdecode(encoded, cv2.IMREAD_COLOR)
         if picture is None or picture.shape[:2] != bits.shape:
-            raise ValueError("the picture is damaged, or not of the truth's size")
+            raise ValueError("the picture is damaged, or not of the ground truth's size")
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error, cv2.error) as error:
         raise SceneFilesError(f"{path}: no readable scene ({error}); make it again") from error
     falls = rays(camera, bits.shape) @ up.astype(np.float32)

@@ -14,10 +14,10 @@ class Room:
 
     Attributes:
         inside: its floor, up to the walls.
-        kind: what it is for.
-        taken: where things stand, or doors need space.
-        openings: where its walls have doors and windows.
-        things: what stands there.
+        kind: its use, a key of ``furnishing.FURNISHERS``.
+        taken: places where things stand, or where doors need space.
+        openings: places of doors and windows.
+        things: things placed in it.
         rugs: walkable patches on its floor.
     """
 

@@ -17,7 +17,7 @@ MOST_LAMPS = 5
 def _pattern(
     size: Size, asked: NDArray[np.int64], count: int, rng: np.random.Generator
 ) -> Floats32:
-    """Numbers (count, M) in [0, 1) for some pixels: stratified over each 3 x 3 block of pixels."""
+    """Random numbers (count, M) in [0, 1) for some pixels, stratified over each 3 x 3 block."""
     order = rng.permuted(np.tile(np.arange(9), (count, 1)), axis=1)
     jitter = rng.random((size[0] * size[1], count), dtype=np.float32)
     row, column = np.divmod(asked, size[1])
@@ -34,7 +34,7 @@ def light_on(
 ) -> Floats32:
     """Light on every point, (3, N).
 
-    Every second pixel, as on a chessboard, is asked what it sees; the others learn it from those.
+    Rays are traced for every second pixel, as on a chessboard; a filter fills the others.
     """
     rows, columns = np.ogrid[: size[0], : size[1]]
     asked = np.flatnonzero(((rows + columns) % 2 == 0).ravel() & surface.met)
@@ -120,7 +120,7 @@ def _lamps_seen(
     dice: Floats32,
     rng: np.random.Generator,
 ) -> NDArray[np.bool_]:
-    """Whether each point sees one lamp, chosen the more often the more light it would give."""
+    """Whether each point sees one lamp, drawn by the light that it would give."""
     count = points.shape[1]
     if not lamps:
         return np.ones(count, np.bool_)
@@ -135,7 +135,7 @@ def _lamps_seen(
 
 
 def _smoothed(values: Floats32, key: NDArray[np.int32]) -> Floats32:
-    """Means over about 9 pixels across that never leave a surface.
+    """Means over about 9 pixels across that stay on one surface.
 
     Args:
         values: (C, H, W); the last channel is weight.
@@ -155,7 +155,7 @@ def _smoothed(values: Floats32, key: NDArray[np.int32]) -> Floats32:
                 new[here] += old[there] * same
                 new[there] += old[here] * same
         values = total
-    # slivers that nobody was asked on take what is around them
+    # slivers without a traced pixel take the values around them
     lonely = values[-1] < 0.5
     if lonely.any():
         for plane in values:

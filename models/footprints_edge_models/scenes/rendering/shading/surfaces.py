@@ -49,7 +49,8 @@ def material_table(
 ) -> MaterialTable:
     """The materials as arrays; only textures of those in ``met`` are drawn.
 
-    What shows in a mirror alone takes the texture of something else: it is hardly told apart.
+    A material that shows in mirrors only takes the texture of another one: nobody sees the
+    difference.
     """
     atlas = TextureAtlas([geometry.materials[k].texture for k in met], library)
     return MaterialTable(
@@ -95,7 +96,7 @@ def surface_at(
 def _blended(
     at_corners: Floats32, triangle: NDArray[np.int32], weights: tuple[Floats32, ...]
 ) -> Floats32:
-    """Of what triangles have at their corners, (T, 3, C), that within them, (C, N)."""
+    """Interpolates values at the corners of triangles, (T, 3, C), to points in them, (C, N)."""
     planes = np.ascontiguousarray(at_corners.transpose(1, 2, 0))
     first, second, third = (
         np.take(plane, triangle, axis=1) * weight
