@@ -105,7 +105,7 @@ def test_labels_move_with_their_pixels(seed, size):
         (view.visible_ground, visible == YES),
         (view.visible_ground_valid, visible != UNKNOWN),
         (view.ground, ground == YES),
-        (view.footprint_mask, (ground == NO) + 3.0 * (ground == FOOTPRINT)),
+        (view.untraversable, (ground == NO) + 3.0 * (ground == FOOTPRINT)),
         (view.unknown_weight, 0.25 * (ground == UNSEEN)),
     ):
         np.testing.assert_array_equal(unflipped(found, camera)[sure], expected[sure])
