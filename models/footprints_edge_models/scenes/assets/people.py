@@ -146,7 +146,7 @@ def _leg(
 
 
 def standing(palette: Palette) -> Thing:
-    """Someone who stands or walks; takes the ground that the feet enclose."""
+    """Someone who stands or walks; the footprint is the hull of the feet."""
     rng = palette.rng
     clothes = _Clothes.drawn(palette)
     size = float(rng.normal(1, 0.06)) if rng.random() < 0.9 else float(rng.uniform(0.55, 0.8))

@@ -23,8 +23,8 @@ from footprints_edge_models.scenes.assets.shapes import (
 )
 
 STANDS_BELOW_M = 0.35
-"""A part that reaches lower than this takes the ground below it; one that begins higher, a table
-top, say, does not (as in the floor maps of RGB-D clips, ``mapping.floor_map.LOW_M``)."""
+"""A part that reaches lower than this has a footprint. One that begins higher, such as a table top,
+has none (as in the floor maps of RGB-D clips, ``mapping.floor_map.LOW_M``)."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,10 @@ class Thing:
     Attributes:
         label: its class.
         parts: in the thing's own axes: z = 0 is the ground below it.
-        outlines: convex outlines (K, 2) of the ground it takes, in its own axes; None derives them
-            from the parts that reach below STANDS_BELOW_M.
-        is_wall: whether it bounds a room, a garden or is a building: what lies behind is another
-            place.
+        outlines: convex outlines (K, 2) of its footprint, in its own axes; None derives them from
+            the parts that reach below STANDS_BELOW_M.
+        is_wall: whether it is a building or bounds a room or a garden: ground behind it belongs to
+            another place.
         pose: (3, 4), from its own axes to the world's.
     """
 
@@ -63,11 +63,11 @@ class Thing:
     pose: NDArray[np.float64] = field(default_factory=lambda: np.eye(3, 4), repr=False)
 
     def at(self, x: float, y: float, z: float = 0.0, yaw: float = 0.0) -> "Thing":
-        """The same thing elsewhere; its own +y axis turned by ``yaw`` radians, anticlockwise."""
+        """The same thing at another place, its +y axis turned by ``yaw`` radians, anticlockwise."""
         return replace(self, pose=composed(placement(x, y, z, yaw), self.pose))
 
     def footprints(self) -> list[NDArray[np.float64]]:
-        """Convex outlines (K, 2) of the ground it takes, in the world."""
+        """Convex outlines (K, 2) of its footprint, in the world."""
         if self.outlines is not None:
             turned = self.pose[:2, :2]
             return [outline @ turned.T + self.pose[:2, 3] for outline in self.outlines]

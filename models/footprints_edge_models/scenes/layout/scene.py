@@ -64,7 +64,7 @@ class Standpoint:
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything but the camera.
+    """A scene without a camera.
 
     Attributes:
         kind: rooms or street.
@@ -76,7 +76,7 @@ class Scene:
         standpoints: where a camera may be.
         slope: how much the ground rises along x and y; everything rises with it.
         haze_m: distance at which haze hides two thirds of a surface.
-        look_deg: likely headings of a camera, degrees from +x anticlockwise; empty = any.
+        look_deg: preferred headings of a camera, degrees from +x anticlockwise; empty = any.
     """
 
     kind: SceneKind

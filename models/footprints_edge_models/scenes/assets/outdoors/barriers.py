@@ -6,8 +6,7 @@ from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.things import Thing, ThingPart, box, joined, rectangle
 
 TALL_M = 1.2
-"""A hedge, a fence of boards or a garden wall of this height hides what lies behind as a house
-does."""
+"""Hedges, board fences and garden walls from this height on hide the ground behind as houses do."""
 
 
 def fence(palette: Palette, length_m: float) -> Thing:

@@ -16,7 +16,7 @@ from footprints_edge_models.scenes.assets.things import (
 
 
 def tree(palette: Palette) -> Thing:
-    """A tree; only its trunk takes ground."""
+    """A tree; only its trunk has a footprint."""
     rng = palette.rng
     tall = float(rng.uniform(3.5, 11))
     bark, leafage = palette.of("bark", tile_m=0.6), palette.leafage()

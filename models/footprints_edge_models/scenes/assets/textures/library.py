@@ -1,7 +1,7 @@
-"""What surfaces look like from close up: procedural patterns and crops of photos.
+"""The library of textures: procedural patterns and crops of photos.
 
-Every texture is a square that tiles. A library holds a fixed number of each kind, and each is
-drawn from its own seed, so that any process draws the same. The seeds of the two splits are
+Every texture is a square that tiles. A library holds a fixed number of each kind. Each is drawn
+from its own seed, so that every process draws the same. The seeds of the two splits are
 disjoint, and a photo belongs to one split by a checksum of its bytes: no texture of the test
 scenes is seen in training.
 """
@@ -51,9 +51,9 @@ class TextureLibrary:
 
     @classmethod
     def over(cls, split: SceneSplit, folders: Iterable[Path]) -> "TextureLibrary":
-        """With the photos of these folders and those below that belong to the split.
+        """A library with the split's photos in these folders and below.
 
-        One photo in TEST_PHOTOS, by a checksum of its bytes, belongs to the test scenes.
+        One photo in TEST_PHOTOS, by a checksum of its bytes, belongs to the test split.
         """
         found = [
             path

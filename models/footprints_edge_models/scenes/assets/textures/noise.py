@@ -15,10 +15,10 @@ def noise(rng: Rng, roughness: float, stretch: float = 1.0, side: int = SIDE_PX)
     """Noise (side, side) that tiles, mean 0, deviation 1; a spectrum of 1 / f ** roughness.
 
     Args:
-        rng: decides.
+        rng: draws the noise.
         roughness: 0 is white; 1 cloudy; 2 soft.
-        stretch: above 1 drawn out along y, below 1 along x.
-        side: pixels.
+        stretch: above 1 stretched along y, below 1 along x.
+        side: side in pixels.
     """
     white = np.fft.rfft2(rng.standard_normal((side, side), dtype=np.float32))
     grey = np.fft.irfft2(white * _falloff(roughness, stretch, side), s=(side, side))

@@ -1,4 +1,4 @@
 """Vehicles. Their noses look along -y.
 
-The ground below a vehicle cannot be walked on: it takes its whole outline.
+Nobody can walk below a vehicle: its footprint is its whole outline.
 """

@@ -40,7 +40,7 @@ class Room:
         return fits and not any(place.meets(other) for other in self.taken)
 
     def put(self, thing: Thing, x: float, y: float, yaw: float, margin_m: float = 0.02) -> bool:
-        """Stands a thing somewhere, if there is room for it."""
+        """Place a thing, if there is room for it."""
         place = place_of(thing, x, y, yaw).grown(margin_m)
         if not self.is_free(place):
             return False
@@ -51,7 +51,7 @@ class Room:
     def put_at_wall(
         self, thing: Thing, rng: np.random.Generator, *, gap_m: float = 0.02, tries: int = 8
     ) -> tuple[float, float, float] | None:
-        """Stands a thing with its back to a wall; returns x, y and yaw."""
+        """Place a thing with its back to a wall; returns x, y and yaw."""
         low, high = thing.extent
         for _ in range(tries):
             side = int(rng.integers(4))
@@ -78,7 +78,7 @@ class Room:
     def put_anywhere(
         self, thing: Thing, rng: np.random.Generator, *, margin_m: float = 0.05
     ) -> None:
-        """Stands a thing at a random place, turned at random."""
+        """Place a thing at a random place, turned at random."""
         for _ in range(6):
             x = float(rng.uniform(self.inside.x0, self.inside.x1))
             y = float(rng.uniform(self.inside.y0, self.inside.y1))

@@ -29,7 +29,7 @@ LAYOUTS: tuple[tuple[Layout, float], ...] = (
 
 
 def draw_street(palette: Palette) -> Scene:
-    """Something outdoors; along a street the camera looks towards +y, and little is behind it."""
+    """An outdoor scene; along a street the camera looks towards +y, and little is behind it."""
     rng = palette.rng
     site = Site(palette)
     layout = int(rng.choice(len(LAYOUTS), p=[share for _, share in LAYOUTS]))

@@ -24,7 +24,7 @@ class Site:
     def lay(
         self, x0: float, y0: float, x1: float, y1: float, height_m: float, material: Material
     ) -> None:
-        """A rectangle of ground."""
+        """Add a rectangle of ground."""
         if x1 - x0 > 1e-3 and y1 - y0 > 1e-3:
             self.ground.append(Patch(rectangle(x0, y0, x1, y1), height_m, material))
 
@@ -37,7 +37,7 @@ class Site:
         yaw: float = 0.0,
         margin_m: float = 0.1,
     ) -> bool:
-        """Stands a thing somewhere, unless something stands there."""
+        """Place a thing, unless something stands there."""
         outlines = thing.footprints()
         turned = placement(x, y, 0, yaw)
         points = np.concatenate(outlines) @ turned[:2, :2].T + (x, y)
