@@ -1,4 +1,4 @@
-"""Things pasted on real ground: two made-up street photos whose truth is known."""
+"""Copy-paste augmentation on two made-up street photos with exact ground truth."""
 
 import numpy as np
 import pytest

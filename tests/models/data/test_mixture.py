@@ -34,9 +34,9 @@ def test_photos_of_streets_come_with_things_set_down_in_them_too(write_photo, tm
     write_photo(tmp_path / "camvid" / "train", "walker", ids)
     datasets = load_datasets(tmp_path)
     assert list(datasets) == ["camvid", "camvid copy-paste"]
-    composites = datasets["camvid copy-paste"].train
-    assert len(composites) == 2
-    added = [s for s in composites if ((s.visible_ground == NO) & (s.ground == YES)).any()]
+    pasted = datasets["camvid copy-paste"].train
+    assert len(pasted) == 2
+    added = [s for s in pasted if ((s.visible_ground == NO) & (s.ground == YES)).any()]
     assert added, "nothing hides known ground"
 
 

@@ -1,5 +1,5 @@
-"""Folders of made scenes: what is read is what was true; any number of processes writes the same
-bytes; splits share nothing; the samples that training draws."""
+"""Folders of synthetic scenes: ground truth survives writing and reading, any number of processes
+writes the same bytes, splits share nothing, training draws the right samples."""
 
 import json
 
