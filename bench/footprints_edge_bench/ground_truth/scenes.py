@@ -35,10 +35,12 @@ def read_scenes(folder: Path) -> Iterator[Item]:
 
 
 def _load(folder: Path, name: str, boxes: tuple[Box, ...] | None) -> Truth:
-    from footprints_edge_models.scenes.ground_truth.pixels import BEHIND_WALL
-    from footprints_edge_models.scenes.ground_truth.pixels import GROUND_ANYWHERE
-    from footprints_edge_models.scenes.ground_truth.pixels import VISIBLE_GROUND
     from footprints_edge_models.data.readers.synthetic_scenes import MOST_BEHIND_WALL_M
+    from footprints_edge_models.scenes.ground_truth.pixels import (
+        BEHIND_WALL,
+        GROUND_ANYWHERE,
+        VISIBLE_GROUND,
+    )
     from footprints_edge_models.scenes.storage.files import read_scene
 
     scene = read_scene(folder, name)

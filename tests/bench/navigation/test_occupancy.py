@@ -18,9 +18,11 @@ from footprints_edge_bench.navigation.occupancy import (
 )
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
-from footprints_edge_models.scenes.ground_truth.pixels import GROUND_ANYWHERE
-from footprints_edge_models.scenes.ground_truth.pixels import VISIBLE_GROUND
-from footprints_edge_models.scenes.ground_truth.pixels import trace_ground_truth
+from footprints_edge_models.scenes.ground_truth.pixels import (
+    GROUND_ANYWHERE,
+    VISIBLE_GROUND,
+    trace_ground_truth,
+)
 from footprints_edge_models.scenes.ground_truth.pixels import SceneGroundTruth as MadeTruth
 from footprints_edge_models.scenes.layout.rooms.interior import draw_rooms
 from footprints_edge_models.scenes.rendering.cameras import Camera, choose_camera
