@@ -51,14 +51,14 @@ def by_arrays(
     frames: list[tuple[Depth, Depth]], poses: list[NDArray[np.float64]]
 ) -> tuple[Depth, NDArray[np.bool_]]:
     """The labels of the last frame, as `fp-train labels` makes them."""
-    from footprints_edge_models.video_labels.footprint_masks import untraversable_pixels
+    from footprints_edge_models.video_labels.footprint_masks import footprint_pixels
     from footprints_edge_models.video_labels.warping import aggregate, warp_depth
 
     warped = [
         warp_depth(depth_m * ground, CAMERA, CAMERA, pose, SIZE)
         for (depth_m, ground), pose in zip(frames[:-1], poses, strict=True)
     ]
-    return aggregate(np.stack(warped), LEAST_HITS), untraversable_pixels(*frames[-1], CAMERA)
+    return aggregate(np.stack(warped), LEAST_HITS), footprint_pixels(*frames[-1], CAMERA)
 
 
 def by_pixels(

@@ -26,7 +26,7 @@ from footprints_edge_bench.ground_truth.clip import open_clip
 from footprints_edge_bench.ground_truth.datasets import Part
 
 if TYPE_CHECKING:
-    from footprints_edge_models.mapping.floor_map import Frame
+    from footprints_edge_models.mapping.floor_map import DepthFrame
 
 FARTHEST_M = 8.0
 """Ground farther away is not compared: a pixel is half a metre there."""
@@ -67,7 +67,7 @@ class Figures:
 class _View:
     """A frame of the clip: its measured depth with its pose, the floor's depth, its truth."""
 
-    measured: "Frame"
+    measured: "DepthFrame"
     floor_depth_m: NDArray[np.float64]
     truth: Truth
 
@@ -148,7 +148,7 @@ def _floor(last: _View, now: _View) -> tuple[NDArray[np.intp], NDArray[np.intp]]
 
 
 def _projected(
-    depth_m: NDArray[np.floating], source: "Frame", target: "Frame"
+    depth_m: NDArray[np.floating], source: "DepthFrame", target: "DepthFrame"
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.floating]]:
     """Pixels of `source` with a depth that `target` sees: theirs, the target's, depth there."""
     height, width = depth_m.shape

@@ -11,7 +11,7 @@ from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_bench.geometry.convex_hull import convex_hull
 from footprints_edge_bench.ground_truth.base import Dataset, TruthError
 from footprints_edge_bench.ground_truth.datasets import Part, Reading, open_dataset, open_datasets
-from footprints_edge_models.data.datasets import load_datasets
+from footprints_edge_models.data.mixture import load_datasets
 
 SIZE = (120, 160)
 ALL = Part()
