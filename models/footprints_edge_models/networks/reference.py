@@ -34,7 +34,7 @@ class BasicBlock(nn.Module):
         return F.relu(self.bn2(self.conv2(x)) + shortcut)
 
 
-class Encoder(nn.Module):
+class ResNetEncoder(nn.Module):
     """ResNet-34 up to its fourth layer: five features at 1/2, 1/4, 1/8, 1/16 and 1/32."""
 
     def __init__(self) -> None:
@@ -138,7 +138,7 @@ class ReferenceNetwork(nn.Module):
 
     def __init__(self) -> None:
         super().__init__()
-        self.encoder = Encoder()
+        self.encoder = ResNetEncoder()
         self.mask_decoder = Decoder()
         self.depth_decoder = Decoder()
 
