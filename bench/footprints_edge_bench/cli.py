@@ -45,7 +45,7 @@ def accuracy(
     data: Annotated[
         list[Path],
         typer.Argument(
-            help="Folders: RGB-D clips, KITTI or Matterport truth, labelled photos; see "
+            help="Folders: RGB-D clips, KITTI or Matterport ground truth, labelled photos; see "
             "docs/accuracy.md."
         ),
     ],
@@ -94,23 +94,27 @@ def accuracy(
 
         from footprints_edge.model import load
         from footprints_edge_bench.accuracy.benchmark import (
+            BaselineInputs,
             Benchmark,
-            Extras,
             evaluate,
             name_models,
             write_reports,
         )
         from footprints_edge_bench.accuracy.results import Results
         from footprints_edge_bench.geometry.boxes import read_boxes
-        from footprints_edge_bench.ground_truth.datasets import Part, Reading, open_datasets
+        from footprints_edge_bench.ground_truth.datasets import (
+            ReadingOptions,
+            Subset,
+            open_datasets,
+        )
 
-        reading = Reading(images, _ids(walkable, "--walkable"), _ids(void, "--void"))
+        reading = ReadingOptions(images, _ids(walkable, "--walkable"), _ids(void, "--void"))
         if voxels is not None and not voxels.is_dir():
             raise typer.BadParameter(f"--voxels {voxels} is no folder")
         benchmark = Benchmark(
-            open_datasets(data, reading, Part.parse(frames, every, held_out=held_out)),
+            open_datasets(data, reading, Subset.parse(frames, every, held_out=held_out)),
             name_models([load(name) for name in model] if model else [load()]),
-            Extras({} if boxes is None else read_boxes(boxes), boxes, voxels),
+            BaselineInputs({} if boxes is None else read_boxes(boxes), boxes, voxels),
             {
                 "frames": frames,
                 "every": every,
@@ -139,7 +143,8 @@ def accuracy(
 @app.command()
 def planning(
     data: Annotated[
-        list[Path], typer.Argument(help="Folders with truth of hidden ground: clips, made scenes.")
+        list[Path],
+        typer.Argument(help="Folders with ground truth of hidden ground: clips, synthetic scenes."),
     ],
     *,
     output: Annotated[
@@ -163,8 +168,12 @@ def planning(
 
         from footprints_edge.model import load
         from footprints_edge.navigation.path_planning import require_graph_search
-        from footprints_edge_bench.accuracy.benchmark import Benchmark, Extras, name_models
-        from footprints_edge_bench.ground_truth.datasets import Part, Reading, open_datasets
+        from footprints_edge_bench.accuracy.benchmark import BaselineInputs, Benchmark, name_models
+        from footprints_edge_bench.ground_truth.datasets import (
+            ReadingOptions,
+            Subset,
+            open_datasets,
+        )
         from footprints_edge_bench.navigation.path_planning import (
             as_markdown,
             plan_paths,
@@ -173,9 +182,9 @@ def planning(
 
         require_graph_search()
         benchmark = Benchmark(
-            open_datasets(data, Reading(), Part.parse(frames, every, held_out=held_out)),
+            open_datasets(data, ReadingOptions(), Subset.parse(frames, every, held_out=held_out)),
             name_models([load(name) for name in model] if model else [load()]),
-            Extras({}),
+            BaselineInputs({}),
             {},
         )
         with tqdm(total=len(benchmark.items()), unit="image", disable=None) as bar:
@@ -192,7 +201,8 @@ def planning(
 @app.command("from-above")
 def from_above(
     data: Annotated[
-        list[Path], typer.Argument(help="Folders with truth of all four maps: made scenes, clips.")
+        list[Path],
+        typer.Argument(help="Folders with ground truth of all four maps: synthetic scenes, clips."),
     ],
     *,
     model: Annotated[
@@ -210,14 +220,18 @@ def from_above(
         from tqdm import tqdm
 
         from footprints_edge.model import load
-        from footprints_edge_bench.accuracy.benchmark import Benchmark, Extras, name_models
-        from footprints_edge_bench.ground_truth.datasets import Part, Reading, open_datasets
+        from footprints_edge_bench.accuracy.benchmark import BaselineInputs, Benchmark, name_models
+        from footprints_edge_bench.ground_truth.datasets import (
+            ReadingOptions,
+            Subset,
+            open_datasets,
+        )
         from footprints_edge_bench.navigation.occupancy import as_markdown, score_grids
 
         benchmark = Benchmark(
-            open_datasets(data, Reading(), Part.parse(frames, every, held_out=held_out)),
+            open_datasets(data, ReadingOptions(), Subset.parse(frames, every, held_out=held_out)),
             name_models([load(name) for name in model] if model else [load()]),
-            Extras({}),
+            BaselineInputs({}),
             {},
         )
         with tqdm(total=len(benchmark.items()), unit="image", disable=None) as bar:
@@ -242,12 +256,12 @@ def steadiness(
     """
     with explained("bench"):
         from footprints_edge.model import load
-        from footprints_edge_bench.ground_truth.datasets import Part
-        from footprints_edge_bench.temporal.flicker import WAYS, as_markdown, measure
+        from footprints_edge_bench.ground_truth.datasets import Subset
+        from footprints_edge_bench.temporal.flicker import SMOOTHINGS, as_markdown, measure
 
-        loaded, part = load(model), Part.parse(frames, every)
+        loaded, part = load(model), Subset.parse(frames, every)
         markdown = as_markdown(
-            {clip.resolve().name: measure(clip, part, loaded, WAYS) for clip in clips}
+            {clip.resolve().name: measure(clip, part, loaded, SMOOTHINGS) for clip in clips}
         )
         if output is not None:
             output.write_text(markdown, encoding="utf-8")
@@ -350,20 +364,20 @@ def latency(
 
         from footprints_edge.foundation.cores import usable_cores
         from footprints_edge.model import load
-        from footprints_edge_bench.engines.backend import Setting, Spinning
-        from footprints_edge_bench.latency.benchmark import contenders, photos_by_size, run
+        from footprints_edge_bench.engines.backend import BackendSetting, Spinning
+        from footprints_edge_bench.latency.benchmark import photos_by_size, run, select_backends
         from footprints_edge_bench.latency.cold_start import cold_start
         from footprints_edge_bench.latency.end_to_end import EndToEnd, end_to_end
         from footprints_edge_bench.latency.machine import machine
         from footprints_edge_bench.latency.plot import draw
         from footprints_edge_bench.latency.tables import markdown, write
-        from footprints_edge_bench.model_files.model_cache import NetworkFiles, default_folder
+        from footprints_edge_bench.model_files.model_cache import ModelCache, default_folder
 
         here = machine()
         count = threads or usable_cores()
-        rows = contenders(only or (), model or (), [_size(text) for text in size or ()])
-        files = NetworkFiles(cache or default_folder(), edge_checkpoint)
-        setting = Setting(files, count, Spinning(spinning.value))
+        rows = select_backends(only or (), model or (), [_size(text) for text in size or ()])
+        files = ModelCache(cache or default_folder(), edge_checkpoint)
+        setting = BackendSetting(files, count, Spinning(spinning.value))
         images = None if photos is None else photos_by_size(photos, rows)
         output.mkdir(parents=True, exist_ok=True)
         with tqdm(total=trials * len(rows), unit="frame", disable=None) as bar:
@@ -411,18 +425,18 @@ def table_command(
     """
     with explained("bench"):
         from footprints_edge.foundation.cores import usable_cores
-        from footprints_edge_bench.engines.backend import Setting
+        from footprints_edge_bench.engines.backend import BackendSetting
         from footprints_edge_bench.latency.benchmark import PRESETS
         from footprints_edge_bench.latency.machine import machine
         from footprints_edge_bench.latency.paper_table import speed_table
-        from footprints_edge_bench.model_files.model_cache import NetworkFiles, default_folder
+        from footprints_edge_bench.model_files.model_cache import ModelCache, default_folder
 
         for name in preset or ():
             if name not in PRESETS:
                 raise typer.BadParameter(f"--preset {name}: choose from {', '.join(PRESETS)}")
-        files = NetworkFiles(cache or default_folder(), edge_checkpoint)
+        files = ModelCache(cache or default_folder(), edge_checkpoint)
         found = speed_table(
-            Setting(files, threads or usable_cores()),
+            BackendSetting(files, threads or usable_cores()),
             machine(),
             trials,
             tuple(preset or PRESETS),
@@ -454,15 +468,15 @@ def roofline(
     """
     with explained("bench"):
         from footprints_edge.foundation.cores import usable_cores
-        from footprints_edge_bench.latency.benchmark import contenders
+        from footprints_edge_bench.latency.benchmark import select_backends
         from footprints_edge_bench.latency.machine import machine
         from footprints_edge_bench.latency.roofline import roofline as find_roofline
-        from footprints_edge_bench.model_files.model_cache import NetworkFiles, default_folder
+        from footprints_edge_bench.model_files.model_cache import ModelCache, default_folder
 
-        rows = contenders(only or (), model or (), [_size(text) for text in size or ()])
+        rows = select_backends(only or (), model or (), [_size(text) for text in size or ()])
         found = find_roofline(
             [row for row in rows if row.engine == "onnxruntime"],
-            NetworkFiles(cache or default_folder(), edge_checkpoint),
+            ModelCache(cache or default_folder(), edge_checkpoint),
             machine(),
             threads=threads or usable_cores(),
             trials=trials,

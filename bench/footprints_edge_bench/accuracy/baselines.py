@@ -15,7 +15,7 @@ from footprints_edge.prediction import Prediction
 from footprints_edge_bench.geometry.boxes import Box
 from footprints_edge_bench.geometry.convex_hull import convex_hull
 from footprints_edge_bench.geometry.voxels import VoxelGrid
-from footprints_edge_bench.ground_truth.base import Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth
 
 NOTHING, EVERYTHING = "Nothing traversable", "Everything traversable"
 HULL, BOXES, PROJECT_DOWN = "Convex hull", "3D bounding boxes †", "Project down"
@@ -46,7 +46,7 @@ class Estimate:
 
 
 def estimate_of(prediction: Prediction, size: Size) -> Estimate:
-    """A model's own row, at the truth's size (H, W)."""
+    """A model's own row, at the ground truth's size (H, W)."""
     at_size = prediction.at_size(size)
     return Estimate(
         at_size.ground,
@@ -58,7 +58,7 @@ def estimate_of(prediction: Prediction, size: Size) -> Estimate:
 
 def baselines(
     prediction: Prediction,
-    truth: Truth,
+    ground_truth: GroundTruth,
     name: str,
     boxes: tuple[Box, ...] | None,
     voxels: VoxelGrid | None,
@@ -67,38 +67,42 @@ def baselines(
 
     Args:
         prediction: the first model's, at its own size.
-        truth: of the image.
+        ground_truth: of the image.
         name: of the image; seeds what is random.
         boxes: things in the image, if known.
         voxels: the scene in voxels, if known.
     """
-    at_size = prediction.at_size(truth.size)
+    at_size = prediction.at_size(ground_truth.size)
     camera, visible = at_size.intrinsics, at_size.visible_ground
     seed = zlib.crc32(name.encode())
     hull = convex_hull(visible)
-    yield NOTHING, Estimate(np.zeros(truth.size, bool))
-    yield EVERYTHING, Estimate(np.ones(truth.size, bool))
+    yield NOTHING, Estimate(np.zeros(ground_truth.size, bool))
+    yield EVERYTHING, Estimate(np.ones(ground_truth.size, bool))
     yield HULL, Estimate(hull)
     if boxes is not None:
         yield BOXES, Estimate(without_footprints(hull, boxes, camera))
     if voxels is not None:
-        depth_m, clear = voxels.floor(camera, truth.size)
+        depth_m, clear = voxels.floor(camera, ground_truth.size)
         yield VOXELS, Estimate(np.isfinite(depth_m), depth_m)
         yield VOXELS_PLUS, Estimate(clear)
-    yield PROJECT_DOWN, Estimate(hull & ~projected_down(prediction, truth.size, seed))
+    yield PROJECT_DOWN, Estimate(hull & ~projected_down(prediction, ground_truth.size, seed))
     yield VISIBLE, Estimate(visible)
     plane_depth_m = ransac_depth_m(
         prediction.visible_depth_m,
         prediction.visible_ground,
         prediction.intrinsics,
-        truth.size,
+        ground_truth.size,
         seed,
     )
     if plane_depth_m is not None:
         yield RANSAC, Estimate(ground_depth_m=plane_depth_m)
-    if truth.visible_ground is not None and truth.visible_depth_m is not None:
+    if ground_truth.visible_ground is not None and ground_truth.visible_depth_m is not None:
         plane_depth_m = ransac_depth_m(
-            truth.visible_depth_m, truth.visible_ground.mask, camera, truth.size, seed
+            ground_truth.visible_depth_m,
+            ground_truth.visible_ground.mask,
+            camera,
+            ground_truth.size,
+            seed,
         )
         if plane_depth_m is not None:
             yield ORACLE, Estimate(ground_depth_m=plane_depth_m)

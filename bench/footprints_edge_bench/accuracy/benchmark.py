@@ -18,12 +18,12 @@ from footprints_edge.prediction import Prediction
 from footprints_edge_bench.accuracy.baselines import BASELINES, BOXES, ORACLE, VOXELS, estimate_of
 from footprints_edge_bench.accuracy.failure_cases import Example, draw_examples
 from footprints_edge_bench.accuracy.results import ImageScores, Results
-from footprints_edge_bench.accuracy.scoring import Scores, score
+from footprints_edge_bench.accuracy.scoring import MethodScores, score
 from footprints_edge_bench.accuracy.summary import MEASURES, plain, summarise
 from footprints_edge_bench.accuracy.tables import missing_rows, tables
 from footprints_edge_bench.geometry.boxes import Box
 from footprints_edge_bench.geometry.voxels import VoxelGrid, read_voxels
-from footprints_edge_bench.ground_truth.base import Dataset, Item, Truth
+from footprints_edge_bench.ground_truth.base import EvaluationDataset, GroundTruth, Item
 
 WORST = 10
 """So many images are shown."""
@@ -31,7 +31,7 @@ UNFLATTENED = ", not flattened"
 NEEDS = {
     BOXES: "needs oriented boxes, --boxes FILE",
     VOXELS: "needs the scene in voxels, --voxels FOLDER",
-    ORACLE: "needs a truth of visible ground and its depth",
+    ORACLE: "needs a ground truth of visible ground and its depth",
 }
 """What the rows that few datasets can have are computed from."""
 
@@ -41,7 +41,7 @@ class AccuracyError(FootprintsError):
 
 
 @dataclass(frozen=True)
-class Extras:
+class BaselineInputs:
     """What others predicted for the images, for the baselines that need it.
 
     Attributes:
@@ -54,14 +54,14 @@ class Extras:
     boxes_file: Path | None = None
     voxels: Path | None = None
 
-    def boxes_of(self, name: str, truth: Truth) -> tuple[Box, ...] | None:
+    def boxes_of(self, name: str, ground_truth: GroundTruth) -> tuple[Box, ...] | None:
         """Boxes of an image: those given, else the dataset's own."""
-        return self.boxes.get(name, truth.boxes)
+        return self.boxes.get(name, ground_truth.boxes)
 
-    def voxels_of(self, name: str, truth: Truth) -> VoxelGrid | None:
+    def voxels_of(self, name: str, ground_truth: GroundTruth) -> VoxelGrid | None:
         """Voxels of an image, likewise; a file that is not there is a prediction that failed."""
         if self.voxels is None:
-            return truth.voxels
+            return ground_truth.voxels
         path = self.voxels / f"{name}.npz"
         return read_voxels(path) if path.is_file() else None
 
@@ -79,9 +79,9 @@ class Benchmark:
             says it instead of laid onto the ground's plane.
     """
 
-    datasets: tuple[Dataset, ...]
+    datasets: tuple[EvaluationDataset, ...]
     models: Mapping[str, Model]
-    extras: Extras
+    extras: BaselineInputs
     options: Mapping[str, Any]
     unflattened: bool = False
 
@@ -105,11 +105,13 @@ class Benchmark:
         """The images of all datasets."""
         return [item for dataset in self.datasets for item in dataset.items]
 
-    def predict(self, truth: Truth) -> dict[str, Prediction]:
+    def predict(self, ground_truth: GroundTruth) -> dict[str, Prediction]:
         """Every model's prediction for an image, by the name of its row."""
         found = {}
         for row, model in self.models.items():
-            plain = model.predict(truth.image, intrinsics=truth.intrinsics, flatten=False)
+            plain = model.predict(
+                ground_truth.image, intrinsics=ground_truth.intrinsics, flatten=False
+            )
             found[row] = plain.flattened()
             if self.unflattened:
                 found[row + UNFLATTENED] = plain
@@ -168,13 +170,13 @@ def evaluate(
 
 
 def _score_item(benchmark: Benchmark, item: Item) -> ImageScores:
-    truth = item.load()
+    ground_truth = item.load()
     return score(
-        benchmark.predict(truth),
-        truth,
+        benchmark.predict(ground_truth),
+        ground_truth,
         item.name,
-        benchmark.extras.boxes_of(item.name, truth),
-        benchmark.extras.voxels_of(item.name, truth),
+        benchmark.extras.boxes_of(item.name, ground_truth),
+        benchmark.extras.voxels_of(item.name, ground_truth),
     )
 
 
@@ -223,8 +225,8 @@ def _provenance(settings: Mapping[str, Any], failures: Mapping[str, str]) -> str
     lines = [
         "### What was run",
         "",
-        "Means over images, images whose truth is empty left out; the best figure of a column is "
-        "bold, the second underlined. † sees measured depth or other sensors, ‡ sees the truth. "
+        "Means over images, images whose ground truth is empty left out; the best figure of a column is "
+        "bold, the second underlined. † sees measured depth or other sensors, ‡ sees the ground truth. "
         "Baselines start from the first model's visible ground and depth.",
         "",
         f"- footprints-edge {settings['version']}, {settings['runtime']}",
@@ -253,7 +255,7 @@ def _csv(benchmark: Benchmark, results: Results, order: Sequence[str]) -> str:
     return file.getvalue()
 
 
-def _value(scores: Scores, part: str, measure: str) -> float | None:
+def _value(scores: MethodScores, part: str, measure: str) -> float | None:
     found = getattr(scores, part)
     return None if found is None else plain(getattr(found, measure))
 
@@ -271,10 +273,10 @@ def _worst(benchmark: Benchmark, results: Results) -> list[Example]:
     return []
 
 
-def _example(benchmark: Benchmark, item: Item, scores: Scores) -> Example:
-    truth = item.load()
+def _example(benchmark: Benchmark, item: Item, scores: MethodScores) -> Example:
+    ground_truth = item.load()
     model = next(iter(benchmark.models.values()))
-    prediction = model.predict(truth.image, intrinsics=truth.intrinsics)
+    prediction = model.predict(ground_truth.image, intrinsics=ground_truth.intrinsics)
     figures = {
         "freespace IoU": _value(scores, "freespace", "iou"),
         "footprint IoU": _value(scores, "footprint", "iou"),
@@ -283,7 +285,7 @@ def _example(benchmark: Benchmark, item: Item, scores: Scores) -> Example:
     }
     said = [f"{what} {value:.2f}" for what, value in figures.items() if value is not None]
     title = "     ".join([item.name, *said])
-    return Example(title, prediction.rgb, truth, estimate_of(prediction, truth.size))
+    return Example(title, prediction.rgb, ground_truth, estimate_of(prediction, ground_truth.size))
 
 
 def _sha256(data: bytes) -> str:

@@ -1,4 +1,4 @@
-"""The picture of the worst images: photo, truth and prediction side by side."""
+"""The picture of the worst images: photo, ground truth and prediction side by side."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from footprints_edge.foundation.types import Mask, Rgb
 from footprints_edge_bench.accuracy.baselines import Estimate
-from footprints_edge_bench.ground_truth.base import Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth
 
 _TILE_PX = 480
 _LETTER_PX = 16
@@ -25,13 +25,13 @@ class Example:
     Attributes:
         title: the image's name and its scores.
         rgb: uint8 (H, W, 3), the photo.
-        truth: of the image.
-        estimate: of the model, at the truth's size.
+        ground_truth: of the image.
+        estimate: of the model, at the ground truth's size.
     """
 
     title: str
     rgb: Rgb
-    truth: Truth
+    ground_truth: GroundTruth
     estimate: Estimate
 
 
@@ -51,29 +51,29 @@ def draw_examples(examples: Sequence[Example]) -> Image.Image:
 
 
 def _row(example: Example) -> Image.Image:
-    truth, estimate = example.truth, example.estimate
-    height = max(1, round(_TILE_PX * truth.size[0] / truth.size[1]))
+    ground_truth, estimate = example.ground_truth, example.estimate
+    height = max(1, round(_TILE_PX * ground_truth.size[0] / ground_truth.size[1]))
     photo = Image.fromarray(example.rgb).resize((_TILE_PX, height), Image.Resampling.LANCZOS)
-    everywhere = np.ones(truth.size, bool)
-    seen, ground = truth.visible_ground, truth.ground
+    everywhere = np.ones(ground_truth.size, bool)
+    seen, ground = ground_truth.visible_ground, ground_truth.ground
     nothing = ~everywhere
-    true_visible, true_hidden, known = nothing, nothing, everywhere
+    true_visible, true_hidden, valid = nothing, nothing, everywhere
     predicted_visible, predicted_hidden = nothing, nothing
     if seen is not None:
         predicted_visible = nothing if estimate.visible_ground is None else estimate.visible_ground
-        true_visible, known = seen.mask, seen.known
+        true_visible, valid = seen.mask, seen.valid
     if ground is not None:
-        known = ground.known
+        valid = ground.valid
         # Where nobody knows whether it is seen, ground is shown as seen.
-        unseen = nothing if seen is None else seen.known & ~seen.mask
+        unseen = nothing if seen is None else seen.valid & ~seen.mask
         true_visible, true_hidden = ground.mask & ~unseen, ground.mask & unseen
         predicted = nothing if estimate.ground is None else estimate.ground
         predicted_visible = predicted if seen is None else predicted & predicted_visible
         predicted_hidden = predicted & ~predicted_visible
     tiles = [
         photo,
-        _tinted(photo, true_visible, true_hidden, ~known),
-        _tinted(photo, predicted_visible, predicted_hidden, ~known),
+        _tinted(photo, true_visible, true_hidden, ~valid),
+        _tinted(photo, predicted_visible, predicted_hidden, ~valid),
     ]
     caption = round(1.9 * _LETTER_PX)
     strip = Image.new("RGB", (3 * _TILE_PX + 4 * _GAP_PX, caption + height + _GAP_PX), _PAPER)

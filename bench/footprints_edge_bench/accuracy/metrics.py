@@ -19,7 +19,7 @@ DEPTH_RANGE_M = (0.5, 20.0)
 class MaskCounts:
     """Pixels of a predicted and a true mask, unscored pixels left out.
 
-    The scores are NaN where the truth is empty: such an image says nothing, and means skip it.
+    The scores are NaN where the ground truth is empty: such an image says nothing, and means skip it.
 
     Attributes:
         overlap: in both masks.
@@ -65,7 +65,7 @@ class MaskCounts:
 
 @dataclass(frozen=True)
 class DepthScores:
-    """How far a depth is from the truth; NaN where the truth is empty.
+    """How far a depth is from the ground truth; NaN where the ground truth is empty.
 
     Attributes:
         a1: share of pixels within a factor of 1.25.
@@ -80,31 +80,31 @@ class DepthScores:
     sq_rel: float
 
 
-def freespace(predicted: Mask, true: Mask, known: Mask) -> MaskCounts:
+def freespace(predicted: Mask, true: Mask, valid: Mask) -> MaskCounts:
     """Counts over an image: the paper's freespace evaluation, and ours of visible ground.
 
     Args:
         predicted: bool (H, W).
         true: bool (H, W).
-        known: bool (H, W), where the truth is known; the rest is unscored.
+        valid: bool (H, W), where the ground truth is known; the rest is unscored.
     """
     return MaskCounts(
-        int((predicted & true & known).sum()),
-        int((predicted & known).sum()),
-        int((true & known).sum()),
+        int((predicted & true & valid).sum()),
+        int((predicted & valid).sum()),
+        int((true & valid).sum()),
     )
 
 
-def footprint(predicted: Mask, true: Mask, known: Mask, region: Mask) -> MaskCounts:
+def footprint(predicted: Mask, true: Mask, valid: Mask, region: Mask) -> MaskCounts:
     """Counts of what is no ground, within a region: the paper's footprints evaluation.
 
     Args:
         predicted: bool (H, W), ground.
         true: bool (H, W), ground.
-        known: bool (H, W), where the truth is known.
+        valid: bool (H, W), where the ground truth is known.
         region: bool (H, W), where the ground and the things on it are.
     """
-    return freespace(~predicted, ~true, known & region)
+    return freespace(~predicted, ~true, valid & region)
 
 
 def depth(predicted_m: Floats, true_m: Floats) -> DepthScores:
@@ -114,11 +114,11 @@ def depth(predicted_m: Floats, true_m: Floats) -> DepthScores:
         predicted_m: (H, W), metres; infinite counts as farthest, NaN as nearest.
         true_m: (H, W), metres, 0 where unknown.
     """
-    known = true_m > 0
-    if not known.any():
+    valid = true_m > 0
+    if not valid.any():
         return DepthScores(math.nan, math.nan, math.nan, math.nan)
-    true = np.clip(true_m[known].astype(np.float64), *DEPTH_RANGE_M)
-    predicted = np.nan_to_num(predicted_m[known].astype(np.float64), nan=0.0, posinf=np.inf)
+    true = np.clip(true_m[valid].astype(np.float64), *DEPTH_RANGE_M)
+    predicted = np.nan_to_num(predicted_m[valid].astype(np.float64), nan=0.0, posinf=np.inf)
     predicted = np.clip(predicted, *DEPTH_RANGE_M)
     error = np.abs(predicted - true)
     return DepthScores(

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from footprints_edge.errors import FootprintsError
-from footprints_edge_bench.accuracy.scoring import Scores
+from footprints_edge_bench.accuracy.scoring import MethodScores
 
-ImageScores: TypeAlias = dict[str, Scores]
+ImageScores: TypeAlias = dict[str, MethodScores]
 """Scores on one image by the row's name."""
 
 
@@ -65,7 +65,7 @@ class Results:
         try:
             entry = json.loads(line)
             self.images[entry["image"]] = {
-                row: Scores.from_json(values) for row, values in entry["scores"].items()
+                row: MethodScores.from_json(values) for row, values in entry["scores"].items()
             }
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise ResultsError(

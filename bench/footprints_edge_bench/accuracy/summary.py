@@ -21,7 +21,7 @@ MEASURES = {
 
 
 @dataclass(frozen=True)
-class Summary:
+class ScoreSummary:
     """One part of one method's scores over many images.
 
     Attributes:
@@ -48,13 +48,13 @@ def plain(value: float) -> float | None:
     return None if math.isnan(value) else value
 
 
-def summarise(images: Sequence[ImageScores]) -> dict[str, dict[str, Summary]]:
+def summarise(images: Sequence[ImageScores]) -> dict[str, dict[str, ScoreSummary]]:
     """Summaries by row and part; parts that a row has on no image are left out."""
     rows = dict.fromkeys(row for scores in images for row in scores)
     return {row: _of_row([scores[row] for scores in images if row in scores]) for row in rows}
 
 
-def _of_row(scores: Iterable[Any]) -> dict[str, Summary]:
+def _of_row(scores: Iterable[Any]) -> dict[str, ScoreSummary]:
     scores = list(scores)
     summaries = {}
     for part, measures in MEASURES.items():
@@ -64,7 +64,9 @@ def _of_row(scores: Iterable[Any]) -> dict[str, Summary]:
     return summaries
 
 
-def _summary(found: list[MaskCounts] | list[DepthScores], measures: tuple[str, ...]) -> Summary:
+def _summary(
+    found: list[MaskCounts] | list[DepthScores], measures: tuple[str, ...]
+) -> ScoreSummary:
     scored = [each for each in found if not math.isnan(getattr(each, measures[0]))]
     means = {measure: _mean([getattr(each, measure) for each in scored]) for measure in measures}
     pooled = {}
@@ -72,7 +74,7 @@ def _summary(found: list[MaskCounts] | list[DepthScores], measures: tuple[str, .
     if counts:
         total = sum(counts, MaskCounts(0, 0, 0))
         pooled = {measure: float(getattr(total, measure)) for measure in measures}
-    return Summary(len(scored), means, pooled)
+    return ScoreSummary(len(scored), means, pooled)
 
 
 def _mean(values: list[float]) -> float:

@@ -5,9 +5,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from footprints_edge_bench.accuracy.baselines import NOTHING
-from footprints_edge_bench.accuracy.summary import Summary
+from footprints_edge_bench.accuracy.summary import ScoreSummary
 
-Rows = Mapping[str, Mapping[str, Summary]]
+Rows = Mapping[str, Mapping[str, ScoreSummary]]
 """Summaries by row and part."""
 
 
@@ -29,7 +29,7 @@ class Column:
     pooled: bool = False
     lowest_is_best: bool = False
 
-    def of(self, parts: Mapping[str, Summary]) -> float:
+    def of(self, parts: Mapping[str, ScoreSummary]) -> float:
         """The figure of a row; NaN where it has none."""
         summary = parts.get(self.part)
         if summary is None:
@@ -73,7 +73,7 @@ TABLES: dict[str, tuple[Column, ...]] = {
 def tables(rows: Rows) -> str:
     """Every table that has something in it.
 
-    The best figure of a column is bold, the second underlined; what sees the truth (‡) does not
+    The best figure of a column is bold, the second underlined; what sees the ground truth (‡) does not
     compete.
     """
     parts = []
@@ -147,5 +147,5 @@ def _cell(value: float, ranks: list[str]) -> str:
 def missing_rows(rows: Rows, needs: Mapping[str, str]) -> list[str]:
     """A note for each row that could not be computed, on what it needs."""
     if NOTHING not in rows:
-        return ["Every baseline needs a truth of hidden ground, which this data has not."]
+        return ["Every baseline needs a ground truth of hidden ground, which this data has not."]
     return [f"{name.rstrip(' †‡')}: {need}." for name, need in needs.items() if name not in rows]

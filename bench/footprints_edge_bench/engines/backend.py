@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.types import Floats, Rgb, Size
-from footprints_edge_bench.model_files.model_cache import NetworkFiles
+from footprints_edge_bench.model_files.model_cache import ModelCache
 
 
 class EngineError(FootprintsError):
@@ -25,7 +25,7 @@ class Spinning(StrEnum):
 
 
 @dataclass(frozen=True)
-class Contender:
+class Backend:
     """One row: a network at a size, in an engine, at a precision.
 
     Attributes:
@@ -47,7 +47,7 @@ class Contender:
 
 
 @dataclass(frozen=True)
-class Setting:
+class BackendSetting:
     """How contenders are run.
 
     Attributes:
@@ -56,13 +56,13 @@ class Setting:
         spinning: of onnxruntime's threads.
     """
 
-    files: NetworkFiles
+    files: ModelCache
     threads: int
     spinning: Spinning = Spinning.SHIPPED
 
 
 @dataclass(frozen=True)
-class Running:
+class LoadedBackend:
     """A contender that is loaded.
 
     Attributes:

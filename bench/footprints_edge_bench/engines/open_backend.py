@@ -8,7 +8,12 @@ import numpy as np
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.types import Rgb
 from footprints_edge.model_files.metadata import OUTPUTS
-from footprints_edge_bench.engines.backend import Contender, EngineError, Running, Setting
+from footprints_edge_bench.engines.backend import (
+    Backend,
+    BackendSetting,
+    EngineError,
+    LoadedBackend,
+)
 from footprints_edge_bench.model_files.model_cache import outputs_of
 
 ENGINES = {
@@ -27,22 +32,22 @@ OpenVINO's float rows start from stock files. Its ``int8`` is the very file that
 ``int8-nncf`` the stock float file quantized by OpenVINO's own tool on the same pictures."""
 
 
-def open_contender(contender: Contender, setting: Setting) -> Running:
+def open_backend(backend: Backend, setting: BackendSetting) -> LoadedBackend:
     """Loads a contender and runs it once.
 
     Raises:
         EngineError: it cannot run; the message says why.
     """
-    if contender.precision not in ENGINES.get(contender.engine, ()):
+    if backend.precision not in ENGINES.get(backend.engine, ()):
         raise EngineError(
-            f"{contender.engine} {contender.precision} is not a row; there are "
+            f"{backend.engine} {backend.precision} is not a row; there are "
             + ", ".join(f"{name} {kind}" for name, kinds in ENGINES.items() for kind in kinds)
         )
-    module = import_module(f"footprints_edge_bench.engines.with_{contender.engine}")
-    open_with: Callable[[Contender, Setting], Running] = module.open_with
+    module = import_module(f"footprints_edge_bench.engines.with_{backend.engine}")
+    open_with: Callable[[Backend, BackendSetting], LoadedBackend] = module.open_with
     try:
-        running = open_with(contender, setting)
-        maps = running.run(np.zeros((1, *contender.size, 3), np.uint8))
+        running = open_with(backend, setting)
+        maps = running.run(np.zeros((1, *backend.size, 3), np.uint8))
     except FootprintsError as error:
         raise EngineError(str(error)) from error
     except ModuleNotFoundError as error:
@@ -53,12 +58,12 @@ def open_contender(contender: Contender, setting: Setting) -> Running:
     except Exception as error:  # engines share no base class
         first = next(iter(str(error).splitlines()), "")
         raise EngineError(f"{type(error).__name__}: {first}") from error
-    channels = len(OUTPUTS[outputs_of(contender.precision)])
-    if maps.shape != (1, channels, *contender.size) or not np.isfinite(maps).all():
+    channels = len(OUTPUTS[outputs_of(backend.precision)])
+    if maps.shape != (1, channels, *backend.size) or not np.isfinite(maps).all():
         raise EngineError(f"its maps {maps.shape} are not finite (1, {channels}, H, W)")
     return running
 
 
-def as_frame(running: Running, image: Rgb) -> Callable[[], object]:
+def as_frame(running: LoadedBackend, image: Rgb) -> Callable[[], object]:
     """What is timed: one frame of a contender."""
     return lambda: running.run(image)

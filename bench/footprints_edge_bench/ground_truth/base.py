@@ -11,26 +11,26 @@ from footprints_edge_bench.geometry.boxes import Box
 from footprints_edge_bench.geometry.voxels import VoxelGrid
 
 
-class TruthError(FootprintsError):
+class GroundTruthError(FootprintsError):
     """Data to evaluate on is missing or not laid out as expected."""
 
 
 @dataclass(frozen=True, eq=False)
-class KnownMask:
+class LabelledMask:
     """A true mask and where it is known.
 
     Attributes:
         mask: bool (H, W); False where unknown.
-        known: bool (H, W); what is not known is not scored.
+        valid: bool (H, W); what is not known is not scored.
     """
 
     mask: Mask
-    known: Mask
+    valid: Mask
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
-    """The truth of one image; None is what a dataset does not know. All maps are (H, W).
+class GroundTruth:
+    """The ground truth of one image; None is what a dataset does not know. All maps are (H, W).
 
     Attributes:
         image: the picture's file.
@@ -48,8 +48,8 @@ class Truth:
     image: Path
     size: Size
     intrinsics: Intrinsics | None = None
-    visible_ground: KnownMask | None = None
-    ground: KnownMask | None = None
+    visible_ground: LabelledMask | None = None
+    ground: LabelledMask | None = None
     visible_depth_m: Floats | None = None
     ground_depth_m: Floats | None = None
     region: Mask | None = None
@@ -63,16 +63,16 @@ class Item:
 
     Attributes:
         name: unique among all datasets of a run: the dataset's name, a slash, the image's.
-        load: reads its truth.
+        load: reads its ground truth.
     """
 
     name: str
-    load: Callable[[], Truth] = field(repr=False)
+    load: Callable[[], GroundTruth] = field(repr=False)
 
 
 @dataclass(frozen=True)
-class Dataset:
-    """Images whose truth has one source.
+class EvaluationDataset:
+    """Images whose ground truth has one source.
 
     Attributes:
         name: of the folder.

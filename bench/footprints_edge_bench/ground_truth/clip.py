@@ -1,4 +1,4 @@
-"""Truth of an RGB-D clip: what the whole clip saw of the floor, in each of its views.
+"""Ground truth of an RGB-D clip: what the whole clip saw of the floor, in each of its views.
 
 Every frame's depth goes into one top-down map of the floor; projected into a view, the map says
 where ground is, seen or hidden ("a top-down floor map reprojected into the camera view", paper,
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footprints_edge_bench.geometry.convex_hull import convex_hull
-from footprints_edge_bench.ground_truth.base import Item, KnownMask, Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth, Item, LabelledMask
 
 if TYPE_CHECKING:
     from footprints_edge_models.mapping.floor_map import FloorMap
@@ -38,7 +38,7 @@ def read_clip(folder: Path) -> Iterator[Item]:
     """
     clip = open_clip(folder)
     for frame in clip.sequence.frames:
-        yield Item(frame.name, partial(clip.truth, frame))
+        yield Item(frame.name, partial(clip.ground_truth, frame))
 
 
 def open_clip(folder: Path) -> "Clip":
@@ -68,7 +68,7 @@ class Clip:
         up = np.array(self.sequence.up or (0, 1, 0), dtype=np.float64)
         return build_floor_map(frames, fit_floor(frames[::_PLANE_STRIDE], up))
 
-    def truth(self, frame: "SequenceFrame") -> Truth:
+    def ground_truth(self, frame: "SequenceFrame") -> GroundTruth:
         """What is known of a frame."""
         from footprints_edge_models.mapping.floor_map import FREE, OCCUPIED, ground_by_depth
         from footprints_edge_models.sample import UNKNOWN, YES
@@ -79,12 +79,12 @@ class Clip:
         visible = seen == YES
         ground = (cells == FREE) | visible
         above_the_horizon = floor_depth_m <= 0
-        return Truth(
+        return GroundTruth(
             frame.image,
             (cells.shape[0], cells.shape[1]),
             frame.intrinsics,
-            KnownMask(visible, seen != UNKNOWN),
-            KnownMask(ground, ground | (cells == OCCUPIED) | above_the_horizon),
+            LabelledMask(visible, seen != UNKNOWN),
+            LabelledMask(ground, ground | (cells == OCCUPIED) | above_the_horizon),
             view.depth_m,
             np.where(ground, floor_depth_m, 0).astype(np.float32),
             convex_hull(visible),

@@ -1,4 +1,4 @@
-"""Which folder holds which kind of truth, and the part of it that is asked for.
+"""Which folder holds which kind of ground truth, and the part of it that is asked for.
 
 To add a kind, write a reader that yields the items of a folder and name it in ``KINDS``.
 """
@@ -8,16 +8,16 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
-from footprints_edge_bench.ground_truth.base import Dataset, Item, TruthError
+from footprints_edge_bench.ground_truth.base import EvaluationDataset, GroundTruthError, Item
 from footprints_edge_bench.ground_truth.clip import is_clip, read_clip
-from footprints_edge_bench.ground_truth.kitti import is_kitti_truth, read_kitti_truth
-from footprints_edge_bench.ground_truth.matterport import is_matterport_truth, read_matterport_truth
+from footprints_edge_bench.ground_truth.kitti import is_kitti_folder, read_kitti
+from footprints_edge_bench.ground_truth.matterport import is_matterport_folder, read_matterport
 from footprints_edge_bench.ground_truth.photos import is_photo_folder, read_photos
 from footprints_edge_bench.ground_truth.scenes import is_scene_folder, read_scenes
 
 
 @dataclass(frozen=True)
-class Reading:
+class ReadingOptions:
     """What a reader may need to know beside the folder.
 
     Attributes:
@@ -32,21 +32,23 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A kind of truth: whether a folder holds it, and its items with names unique in the folder."""
+class DatasetKind:
+    """A kind of ground truth: whether a folder holds it, and its items with names unique in the folder."""
 
     recognises: Callable[[Path], bool]
-    read: Callable[[Path, Reading], Iterator[Item]]
+    read: Callable[[Path, ReadingOptions], Iterator[Item]]
 
 
-KINDS: dict[str, Kind] = {
-    "clip": Kind(is_clip, lambda folder, _: read_clip(folder)),
-    "made scenes": Kind(is_scene_folder, lambda folder, _: read_scenes(folder)),
-    "KITTI": Kind(is_kitti_truth, lambda folder, reading: read_kitti_truth(folder, reading.images)),
-    "Matterport": Kind(
-        is_matterport_truth, lambda folder, reading: read_matterport_truth(folder, reading.images)
+KINDS: dict[str, DatasetKind] = {
+    "clip": DatasetKind(is_clip, lambda folder, _: read_clip(folder)),
+    "synthetic scenes": DatasetKind(is_scene_folder, lambda folder, _: read_scenes(folder)),
+    "KITTI": DatasetKind(
+        is_kitti_folder, lambda folder, reading: read_kitti(folder, reading.images)
     ),
-    "photos": Kind(
+    "Matterport": DatasetKind(
+        is_matterport_folder, lambda folder, reading: read_matterport(folder, reading.images)
+    ),
+    "photos": DatasetKind(
         is_photo_folder, lambda folder, reading: read_photos(folder, reading.walkable, reading.void)
     ),
 }
@@ -54,7 +56,7 @@ KINDS: dict[str, Kind] = {
 
 
 @dataclass(frozen=True)
-class Part:
+class Subset:
     """Which images of each dataset are scored.
 
     Attributes:
@@ -70,11 +72,11 @@ class Part:
     held_out: bool = False
 
     @classmethod
-    def parse(cls, text: str, every: int = 1, *, held_out: bool = False) -> "Part":
+    def parse(cls, text: str, every: int = 1, *, held_out: bool = False) -> "Subset":
         """From text such as ``0.8:1``, the last fifth.
 
         Raises:
-            TruthError: the text is something else.
+            GroundTruthError: the text is something else.
         """
         begin, colon, end = text.partition(":")
         try:
@@ -82,7 +84,7 @@ class Part:
         except (ValueError, ZeroDivisionError):
             colon = ""
         if not colon or not 0 <= part.begin < part.end <= 1:
-            raise TruthError(f"a part {text!r}: give shares of the images, such as 0.8:1")
+            raise GroundTruthError(f"a part {text!r}: give shares of the images, such as 0.8:1")
         return part
 
     def of(self, dataset: str, items: tuple[Item, ...]) -> tuple[Item, ...]:
@@ -95,11 +97,11 @@ class Part:
         return items[begin : end : self.every]
 
 
-def open_dataset(folder: Path, reading: Reading, part: Part) -> Dataset:
-    """The images of a folder that are asked for; their truth is read later.
+def open_dataset(folder: Path, reading: ReadingOptions, part: Subset) -> EvaluationDataset:
+    """The images of a folder that are asked for; their ground truth is read later.
 
     Raises:
-        TruthError: the folder holds no truth of a known kind, or no image is left.
+        GroundTruthError: the folder holds no ground truth of a known kind, or no image is left.
     """
     for name, kind in KINDS.items():
         if folder.is_dir() and kind.recognises(folder):
@@ -109,24 +111,26 @@ def open_dataset(folder: Path, reading: Reading, part: Part) -> Dataset:
             )
             items = part.of(title, tuple(named))
             if not items:
-                raise TruthError(f"{folder}: no image is left in the part that is asked for")
-            return Dataset(title, name, items)
-    raise TruthError(
-        f"{folder}: no truth of a known kind; it needs sequence.json, scenes.json, *_combined.png "
+                raise GroundTruthError(f"{folder}: no image is left in the part that is asked for")
+            return EvaluationDataset(title, name, items)
+    raise GroundTruthError(
+        f"{folder}: no ground truth of a known kind; it needs sequence.json, scenes.json, *_combined.png "
         "(KITTI), *_groundtruth.npy (Matterport), or images/ and labels/ (docs/accuracy.md)"
     )
 
 
-def open_datasets(folders: list[Path], reading: Reading, part: Part) -> tuple[Dataset, ...]:
+def open_datasets(
+    folders: list[Path], reading: ReadingOptions, part: Subset
+) -> tuple[EvaluationDataset, ...]:
     """The images of several folders.
 
     Raises:
-        TruthError: as :func:`open_dataset`, or two folders have one name.
+        GroundTruthError: as :func:`open_dataset`, or two folders have one name.
     """
     datasets = tuple(open_dataset(folder, reading, part) for folder in folders)
     names = [dataset.name for dataset in datasets]
     if twins := sorted({name for name in names if names.count(name) > 1}):
-        raise TruthError(
+        raise GroundTruthError(
             f"more than one folder is called {', '.join(twins)}; results are kept by name: "
             "rename one, or evaluate them one after the other"
         )

@@ -13,19 +13,24 @@ from PIL import Image
 
 from footprints_edge.foundation.types import Mask
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge_bench.ground_truth.base import Item, KnownMask, Truth, TruthError
+from footprints_edge_bench.ground_truth.base import (
+    GroundTruth,
+    GroundTruthError,
+    Item,
+    LabelledMask,
+)
 from footprints_edge_bench.ground_truth.pictures import picture_named
 
 _FOCAL_SHARES = (0.58, 1.92)
 """Focal lengths of KITTI's colour cameras over width and height, as published training has them."""
 
 
-def is_kitti_truth(folder: Path) -> bool:
+def is_kitti_folder(folder: Path) -> bool:
     """Whether a folder holds the annotations."""
     return next(folder.glob("*_combined.png"), None) is not None
 
 
-def read_kitti_truth(folder: Path, images: Path | None) -> Iterator[Item]:
+def read_kitti(folder: Path, images: Path | None) -> Iterator[Item]:
     """The annotated images.
 
     Args:
@@ -35,10 +40,10 @@ def read_kitti_truth(folder: Path, images: Path | None) -> Iterator[Item]:
             ``DRIVE FRAME l|r`` as lists of the Eigen split have it.
 
     Raises:
-        TruthError: the pictures are not there.
+        GroundTruthError: the pictures are not there.
     """
     if images is None:
-        raise TruthError(
+        raise GroundTruthError(
             f"{folder} holds KITTI annotations without pictures; give --images a folder of "
             "XXXXX.png, or the text file that lists the test split, in the folder of the raw data"
         )
@@ -52,20 +57,22 @@ def read_kitti_truth(folder: Path, images: Path | None) -> Iterator[Item]:
         yield Item(number, partial(_load, folder, number, picture))
 
 
-def _load(folder: Path, number: str, picture: Callable[[str], Path]) -> Truth:
+def _load(folder: Path, number: str, picture: Callable[[str], Path]) -> GroundTruth:
     combined = _mask(folder / f"{number}_combined.png")
     region = _mask(folder / f"{number}_ground.png")
     if combined.shape != region.shape:
-        raise TruthError(f"{folder}: the masks of {number} are {combined.shape} and {region.shape}")
+        raise GroundTruthError(
+            f"{folder}: the masks of {number} are {combined.shape} and {region.shape}"
+        )
     image = picture(number)
     with Image.open(image) as opened:
         width, height = opened.size
     fx, fy = _FOCAL_SHARES[0] * width, _FOCAL_SHARES[1] * height
-    return Truth(
+    return GroundTruth(
         image,
         (combined.shape[0], combined.shape[1]),
         Intrinsics(fx, fy, (width - 1) / 2, (height - 1) / 2),
-        ground=KnownMask(combined, np.ones_like(combined)),
+        ground=LabelledMask(combined, np.ones_like(combined)),
         region=region,
     )
 
@@ -77,7 +84,9 @@ def _mask(path: Path) -> Mask:
 def _listed(path: Path, lines: list[str], number: str) -> Path:
     """The picture of a number, from the list of the split."""
     if not number.isdigit() or int(number) >= len(lines):
-        raise TruthError(f"{path}: lists {len(lines)} pictures, none for the annotation {number}")
+        raise GroundTruthError(
+            f"{path}: lists {len(lines)} pictures, none for the annotation {number}"
+        )
     words = lines[int(number)].split()
     if len(words) == 3 and words[2] in {"l", "r"}:
         drive, frame, side = words

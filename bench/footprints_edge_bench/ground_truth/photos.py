@@ -1,4 +1,4 @@
-"""Truth of labelled photos: what a person drew as walkable; nothing of what is hidden."""
+"""Ground truth of labelled photos: what a person drew as walkable; nothing of what is hidden."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -7,7 +7,12 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from footprints_edge_bench.ground_truth.base import Item, KnownMask, Truth, TruthError
+from footprints_edge_bench.ground_truth.base import (
+    GroundTruth,
+    GroundTruthError,
+    Item,
+    LabelledMask,
+)
 from footprints_edge_bench.ground_truth.pictures import picture_named
 
 
@@ -25,25 +30,31 @@ def read_photos(folder: Path, walkable: tuple[int, ...], void: tuple[int, ...]) 
         void: class ids that are not scored.
 
     Raises:
-        TruthError: no class is walkable, or there are no labels.
+        GroundTruthError: no class is walkable, or there are no labels.
     """
     if not walkable:
-        raise TruthError(
+        raise GroundTruthError(
             f"{folder} holds labelled photos; say which class ids are ground, such as "
             "--walkable 3,4, and which say nothing, such as --void 11"
         )
     labels = sorted((folder / "labels").glob("*.png"))
     if not labels:
-        raise TruthError(f"{folder / 'labels'}: no label pictures (PNG) there")
+        raise GroundTruthError(f"{folder / 'labels'}: no label pictures (PNG) there")
     for path in labels:
         yield Item(path.stem, partial(_load, folder, path, walkable, void))
 
 
-def _load(folder: Path, path: Path, walkable: tuple[int, ...], void: tuple[int, ...]) -> Truth:
+def _load(
+    folder: Path, path: Path, walkable: tuple[int, ...], void: tuple[int, ...]
+) -> GroundTruth:
     image = picture_named(folder / "images", path.stem)
     ids = np.asarray(Image.open(path))
     if ids.ndim != 2:
-        raise TruthError(f"{path}: class ids in one channel are needed, not shape {ids.shape}")
-    known = ~np.isin(ids, void)
-    mask = np.isin(ids, walkable) & known
-    return Truth(image, (ids.shape[0], ids.shape[1]), visible_ground=KnownMask(mask, known))
+        raise GroundTruthError(
+            f"{path}: class ids in one channel are needed, not shape {ids.shape}"
+        )
+    valid = ~np.isin(ids, void)
+    mask = np.isin(ids, walkable) & valid
+    return GroundTruth(
+        image, (ids.shape[0], ids.shape[1]), visible_ground=LabelledMask(mask, valid)
+    )

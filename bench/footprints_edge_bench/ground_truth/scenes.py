@@ -1,4 +1,4 @@
-"""Truth of made scenes: exact, with the true boxes and voxels of their test split.
+"""Ground truth of synthetic scenes: exact, with the true boxes and voxels of their test split.
 
 Ground behind a wall or a house, more than a metre beyond it, is not scored: no picture tells what
 is there.
@@ -13,11 +13,11 @@ import numpy as np
 from footprints_edge_bench.geometry.boxes import Box, read_boxes
 from footprints_edge_bench.geometry.convex_hull import convex_hull
 from footprints_edge_bench.geometry.voxels import VoxelGrid, read_voxels
-from footprints_edge_bench.ground_truth.base import Item, KnownMask, Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth, Item, LabelledMask
 
 
 def is_scene_folder(folder: Path) -> bool:
-    """Whether a folder holds made scenes."""
+    """Whether a folder holds synthetic scenes."""
     return (folder / "scenes.json").is_file()
 
 
@@ -34,7 +34,7 @@ def read_scenes(folder: Path) -> Iterator[Item]:
         yield Item(name, partial(_load, folder, name, boxes.get(f"{folder.resolve().name}/{name}")))
 
 
-def _load(folder: Path, name: str, boxes: tuple[Box, ...] | None) -> Truth:
+def _load(folder: Path, name: str, boxes: tuple[Box, ...] | None) -> GroundTruth:
     from footprints_edge_models.scenes.ground_truth.truth import (
         BEHIND_WALL,
         GROUND_ANYWHERE,
@@ -48,12 +48,12 @@ def _load(folder: Path, name: str, boxes: tuple[Box, ...] | None) -> Truth:
     behind_m = truth.ground_depth_m - truth.visible_depth_m
     known = ~((bits & BEHIND_WALL > 0) & (behind_m > MOST_BEHIND_WALL_M))
     visible, ground = bits & VISIBLE_GROUND > 0, bits & GROUND_ANYWHERE > 0
-    return Truth(
+    return GroundTruth(
         folder / "images" / f"{name}.jpg",
         (bits.shape[0], bits.shape[1]),
         scene.intrinsics,
-        KnownMask(visible, np.ones(bits.shape, bool)),
-        KnownMask(ground & known, known),
+        LabelledMask(visible, np.ones(bits.shape, bool)),
+        LabelledMask(ground & known, known),
         truth.visible_depth_m,
         np.where(ground & known, truth.ground_depth_m, 0).astype(np.float32),
         convex_hull(visible),

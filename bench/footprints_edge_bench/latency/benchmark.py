@@ -13,10 +13,15 @@ from footprints_edge.foundation.types import Floats, Rgb, Size
 from footprints_edge.inputs.images import decode
 from footprints_edge.inputs.preprocessing import enough_for, preprocess
 from footprints_edge.model_files.metadata import ModelMetadata
-from footprints_edge_bench.engines.backend import Contender, EngineError, Running, Setting
-from footprints_edge_bench.engines.open_backend import ENGINES, as_frame, open_contender
+from footprints_edge_bench.engines.backend import (
+    Backend,
+    BackendSetting,
+    EngineError,
+    LoadedBackend,
+)
+from footprints_edge_bench.engines.open_backend import ENGINES, as_frame, open_backend
 from footprints_edge_bench.latency.machine import Machine
-from footprints_edge_bench.latency.timing import Ratio, Summary, Trials, measure, ratio
+from footprints_edge_bench.latency.timing import Ratio, TimingSummary, Trials, measure, ratio
 from footprints_edge_bench.model_files.model_cache import (
     EDGE,
     REFERENCE,
@@ -24,7 +29,7 @@ from footprints_edge_bench.model_files.model_cache import (
     outputs_of,
     part_of,
 )
-from footprints_edge_bench.model_files.synthetic_photos import made_photo
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_photo
 
 PRESETS: dict[str, Size] = {
     "kitti": (192, 640),
@@ -48,7 +53,7 @@ class LatencyError(FootprintsError):
 
 
 @dataclass(frozen=True)
-class Row:
+class LatencyRow:
     """What was found of a contender.
 
     Attributes:
@@ -62,22 +67,22 @@ class Row:
         times_ms: the same, one by one, in the order of the rounds.
     """
 
-    contender: Contender
+    backend: Backend
     reason: str | None = None
     precision: str | None = None
     file_bytes: int | None = None
     accuracy: dict[str, Any] | None = None
-    summary: Summary | None = None
+    summary: TimingSummary | None = None
     times_ms: tuple[float, ...] = ()
 
     @property
     def name(self) -> str:
         """Of its contender."""
-        return self.contender.name
+        return self.backend.name
 
 
 @dataclass(frozen=True)
-class Report:
+class LatencyReport:
     """One run.
 
     Attributes:
@@ -95,25 +100,25 @@ class Report:
     spinning: str
     trials: int
     photos: str
-    rows: tuple[Row, ...]
+    rows: tuple[LatencyRow, ...]
     ratios: dict[str, dict[str, Ratio]]
 
     def failed(self) -> bool:
         """Whether a row of onnxruntime did not run, or none did; a missing peer is no failure."""
         missing = [row for row in self.rows if row.reason is not None]
-        ours = any(row.contender.engine == "onnxruntime" for row in missing)
+        ours = any(row.backend.engine == "onnxruntime" for row in missing)
         return ours or len(missing) == len(self.rows)
 
-    def baseline(self, size: Size) -> Row | None:
+    def baseline(self, size: Size) -> LatencyRow | None:
         """The row that others of its size are compared with in the table, if there is one."""
-        ran = [row for row in self.rows if row.contender.size == size and row.summary]
+        ran = [row for row in self.rows if row.backend.size == size and row.summary]
         named = f"{REFERENCE} {size[0]}x{size[1]} {BASELINE}"
         return next((row for row in ran if row.name == named), next(iter(ran), None))
 
 
-def contenders(
+def select_backends(
     only: Sequence[str] = (), models: Sequence[str] = (), sizes: Sequence[Size] = ()
-) -> list[Contender]:
+) -> list[Backend]:
     """The rows to measure.
 
     Args:
@@ -127,7 +132,7 @@ def contenders(
     networks = [(EDGE, PRESETS["handheld"])]
     networks += [(REFERENCE, size) for size in sizes or PRESETS.values()]
     found = [
-        Contender(network, size, engine, precision)
+        Backend(network, size, engine, precision)
         for network, size in networks
         for engine, precisions in ENGINES.items()
         for precision in precisions
@@ -138,7 +143,7 @@ def contenders(
         session = OnnxRuntimeEngine(Path(model), threads=1)
         precision = ModelMetadata.from_props(session.props, model).precision
         size = session.input_size or PRESETS["handheld"]
-        found.append(Contender(model, size, "onnxruntime", precision))
+        found.append(Backend(model, size, "onnxruntime", precision))
     for text in only:
         if not any(text in each.name for each in found):
             raise LatencyError(
@@ -149,13 +154,13 @@ def contenders(
 
 
 def run(
-    rows: Sequence[Contender],
-    setting: Setting,
+    rows: Sequence[Backend],
+    setting: BackendSetting,
     machine: Machine,
     trials: int,
     photos: Mapping[Size, Sequence[Rgb]] | None = None,
     progress: Callable[[str], None] | None = None,
-) -> Report:
+) -> LatencyReport:
     """Measures rows: those of one size in turns, size after size.
 
     Args:
@@ -166,10 +171,10 @@ def run(
         photos: by size, uint8 (1, H, W, 3), that the maps are compared on; made-up ones if None.
         progress: told a row's name after each of its trials.
     """
-    found: dict[str, Row] = {}
+    found: dict[str, LatencyRow] = {}
     ratios: dict[str, dict[str, Ratio]] = {}
     for size in dict.fromkeys(row.size for row in rows):
-        images = made_images(size) if photos is None else photos[size]
+        images = synthetic_images(size) if photos is None else photos[size]
         group = [row for row in rows if row.size == size]
         measured = _measure_size(group, setting, trials, images, progress)
         found |= {row.name: row for row in measured}
@@ -177,7 +182,7 @@ def run(
             ratios.setdefault(row.name, {})[other.name] = ratio(row.times_ms, other.times_ms)
     count = PHOTOS if photos is None else len(next(iter(photos.values())))
     words = f"{count} made-up photos" if photos is None else f"{count} photos"
-    return Report(
+    return LatencyReport(
         machine,
         setting.threads,
         str(setting.spinning),
@@ -188,12 +193,12 @@ def run(
     )
 
 
-def made_images(size: Size) -> list[Rgb]:
+def synthetic_images(size: Size) -> list[Rgb]:
     """Made-up photos as the network sees them, uint8 (1, H, W, 3); none is calibrated on."""
-    return [made_photo(size, 1000 + seed)[None] for seed in range(PHOTOS)]
+    return [synthetic_photo(size, 1000 + seed)[None] for seed in range(PHOTOS)]
 
 
-def photos_by_size(folder: Path, rows: Sequence[Contender]) -> dict[Size, list[Rgb]]:
+def photos_by_size(folder: Path, rows: Sequence[Backend]) -> dict[Size, list[Rgb]]:
     """At most 50 photos of a folder as the networks see them, by the size of the rows.
 
     Raises:
@@ -216,55 +221,55 @@ def photos_by_size(folder: Path, rows: Sequence[Contender]) -> dict[Size, list[R
 
 
 def _measure_size(
-    group: Sequence[Contender],
-    setting: Setting,
+    group: Sequence[Backend],
+    setting: BackendSetting,
     trials: int,
     images: Sequence[Rgb],
     progress: Callable[[str], None] | None,
-) -> list[Row]:
-    running: dict[str, Running] = {}
+) -> list[LatencyRow]:
+    running: dict[str, LoadedBackend] = {}
     reasons: dict[str, str] = {}
-    for contender in group:
+    for backend in group:
         try:
-            running[contender.name] = open_contender(contender, setting)
+            running[backend.name] = open_backend(backend, setting)
         except EngineError as error:
-            reasons[contender.name] = str(error)
+            reasons[backend.name] = str(error)
     frames = {name: as_frame(each, images[0]) for name, each in running.items()}
     timed = measure(frames, trials, progress=progress)
     expected = {
         (network, part): _float_maps(network, part, setting, images)
         for network, part in {
-            (contender.network, part_of(contender.precision))
-            for contender in group
-            if contender.name in running
+            (backend.network, part_of(backend.precision))
+            for backend in group
+            if backend.name in running
         }
     }
     return [
-        Row(contender, reason=reasons[contender.name])
-        if contender.name in reasons
+        LatencyRow(backend, reason=reasons[backend.name])
+        if backend.name in reasons
         else _row(
-            contender,
-            running[contender.name],
-            timed[contender.name],
+            backend,
+            running[backend.name],
+            timed[backend.name],
             images,
-            expected[contender.network, part_of(contender.precision)],
+            expected[backend.network, part_of(backend.precision)],
         )
-        for contender in group
+        for backend in group
     ]
 
 
 def _row(
-    contender: Contender,
-    running: Running,
+    backend: Backend,
+    running: LoadedBackend,
     trials: Trials,
     images: Sequence[Rgb],
     expected: Sequence[Floats] | None,
-) -> Row:
+) -> LatencyRow:
     from footprints_edge_export.verification.compare import all_four, compare_maps
 
     accuracy = None
     if expected is not None:
-        outputs = outputs_of(contender.precision)
+        outputs = outputs_of(backend.precision)
         maps = [all_four(running.run(image), outputs) for image in images]
         floats = [all_four(each, outputs) for each in expected]
         accuracy = compare_maps(zip(floats, maps, strict=True)).as_dict()
@@ -272,8 +277,8 @@ def _row(
             accuracy["visible_depth_abs_rel"] = None
         if outputs == "depths":
             accuracy["ground_iou"] = None
-    return Row(
-        contender,
+    return LatencyRow(
+        backend,
         precision=running.precision,
         file_bytes=running.file_bytes,
         accuracy=accuracy,
@@ -283,7 +288,7 @@ def _row(
 
 
 def _float_maps(
-    network: str, part: str, setting: Setting, images: Sequence[Rgb]
+    network: str, part: str, setting: BackendSetting, images: Sequence[Rgb]
 ) -> list[Floats] | None:
     """Maps of a network's float file, as exported or of a part; None where none is to be had."""
     _, height, width, _ = images[0].shape

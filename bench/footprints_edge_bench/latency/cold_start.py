@@ -13,8 +13,8 @@ from statistics import median
 from typing import Any
 
 from footprints_edge.errors import FootprintsError
-from footprints_edge_bench.latency.timing import Ratio, Summary, measure, ratio
-from footprints_edge_bench.model_files.synthetic_photos import made_jpeg
+from footprints_edge_bench.latency.timing import Ratio, TimingSummary, measure, ratio
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_jpeg
 
 PHOTO = (960, 1280)
 """(H, W) of the one photo."""
@@ -78,8 +78,8 @@ class ColdStart:
         steps_peak_bytes: the same processes' largest resident memory, by the model.
     """
 
-    base: Summary
-    infer: Summary
+    base: TimingSummary
+    infer: TimingSummary
     infer_against_base: Ratio
     cpu_against_base: Ratio
     infer_peak_bytes: int
@@ -118,7 +118,7 @@ def cold_start(models: Mapping[str, str], threads: int, processes: int) -> ColdS
     """
     with tempfile.TemporaryDirectory() as folder:
         photo, note = Path(folder, "photo.jpg"), Path(folder, "peak")
-        photo.write_bytes(made_jpeg(PHOTO))
+        photo.write_bytes(synthetic_jpeg(PHOTO))
         infer = [_INFER, str(note), str(photo), "--overwrite", "--threads", str(threads)]
         peaks_bytes: list[int] = []
         steps: dict[str, list[list[Any]]] = {name: [] for name in models}

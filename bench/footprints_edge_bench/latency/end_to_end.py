@@ -8,8 +8,8 @@ from time import perf_counter
 
 from footprints_edge.foundation.types import Size
 from footprints_edge.model import Model
-from footprints_edge_bench.latency.timing import Summary, measure
-from footprints_edge_bench.model_files.synthetic_photos import made_jpeg
+from footprints_edge_bench.latency.timing import TimingSummary, measure
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_jpeg
 
 PHONE: Size = (3000, 4000)
 """(H, W) of a picture of 12 million pixels."""
@@ -32,7 +32,7 @@ class EndToEnd:
     image_size: Size
     jpeg_bytes: int
     stages_ms: Mapping[str, float]
-    total: Summary
+    total: TimingSummary
 
 
 def end_to_end(
@@ -45,7 +45,7 @@ def end_to_end(
         trials: timed frames of each.
         image_size: (H, W) of the picture.
     """
-    jpeg = made_jpeg(image_size)
+    jpeg = synthetic_jpeg(image_size)
     stages: dict[str, list[dict[str, float]]] = {name: [] for name in models}
 
     def frame_of(name: str, model: Model) -> None:

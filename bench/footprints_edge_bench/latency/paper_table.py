@@ -7,14 +7,19 @@ from dataclasses import asdict, dataclass
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.inputs.images import decode
 from footprints_edge.inputs.preprocessing import enough_for, preprocess
-from footprints_edge_bench.engines.backend import Contender, EngineError, Running, Setting
-from footprints_edge_bench.engines.open_backend import as_frame, open_contender
+from footprints_edge_bench.engines.backend import (
+    Backend,
+    BackendSetting,
+    EngineError,
+    LoadedBackend,
+)
+from footprints_edge_bench.engines.open_backend import as_frame, open_backend
 from footprints_edge_bench.latency.benchmark import PRESETS
 from footprints_edge_bench.latency.machine import Machine
 from footprints_edge_bench.latency.tables import table
 from footprints_edge_bench.latency.timing import measure
 from footprints_edge_bench.model_files.model_cache import EDGE, REFERENCE
-from footprints_edge_bench.model_files.synthetic_photos import made_jpeg
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_jpeg
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,7 @@ class OurRow:
     """
 
     preset: str
-    contender: Contender
+    backend: Backend
     reason: str | None = None
     precision: str | None = None
     preprocessing_s: float | None = None
@@ -100,8 +105,8 @@ class SpeedTable:
         ]
         ours = [
             [
-                f"{row.contender.network} in {row.contender.engine}, {row.precision}",
-                f"{row.contender.size[0]}x{row.contender.size[1]} ({row.preset})",
+                f"{row.backend.network} in {row.backend.engine}, {row.precision}",
+                f"{row.backend.size[0]}x{row.backend.size[1]} ({row.preset})",
                 "measured here",
                 _s(row.preprocessing_s),
                 _s(row.inference_s),
@@ -112,7 +117,7 @@ class SpeedTable:
         columns = ["method", "size", "on", "preprocessing (s)", "inference (s)"]
         parts = [table(columns, [*paper, *ours], left=3)]
         if missing := [row for row in self.rows if row.reason]:
-            lines = (f"- {row.contender.name}: {row.reason}" for row in missing)
+            lines = (f"- {row.backend.name}: {row.reason}" for row in missing)
             parts.append("\n".join(["Not run:", "", *lines]))
         parts.append(
             f"Batch of one, {self.threads} thread(s), medians of {self.trials} rounds in turns. "
@@ -124,7 +129,7 @@ class SpeedTable:
 
 
 def speed_table(
-    setting: Setting,
+    setting: BackendSetting,
     machine: Machine,
     trials: int,
     presets: Sequence[str] = tuple(PRESETS),
@@ -146,22 +151,22 @@ def speed_table(
 
 
 def _measure_preset(
-    preset: str, setting: Setting, trials: int, progress: Callable[[str], None] | None
+    preset: str, setting: BackendSetting, trials: int, progress: Callable[[str], None] | None
 ) -> list[OurRow]:
     size = PRESETS[preset]
-    jpeg = made_jpeg(PICTURES[preset])
+    jpeg = synthetic_jpeg(PICTURES[preset])
 
     def prepare() -> Rgb:
         return preprocess(decode(jpeg, lambda _: enough_for(size)).pixels, size)
 
     image = prepare()
-    found: dict[Contender, Running | str] = {}
+    found: dict[Backend, LoadedBackend | str] = {}
     for network, engine, precision in OURS:
-        contender = Contender(network, size, engine, precision)
+        backend = Backend(network, size, engine, precision)
         try:
-            found[contender] = open_contender(contender, setting)
+            found[backend] = open_backend(backend, setting)
         except EngineError as error:
-            found[contender] = str(error)
+            found[backend] = str(error)
     ran = {each: running for each, running in found.items() if not isinstance(running, str)}
     timed = measure(
         {

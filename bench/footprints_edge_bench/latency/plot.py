@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from footprints_edge_bench.latency.benchmark import Report, Row
+from footprints_edge_bench.latency.benchmark import LatencyReport, LatencyRow
 
 _COLOURS = {
     "onnxruntime": "#1b6ca8",
@@ -22,7 +22,7 @@ _MARKERS = {
 }
 
 
-def draw(report: Report, path: Path) -> None:
+def draw(report: LatencyReport, path: Path) -> None:
     """Draws the rows that ran, one panel a network and size, as PNG.
 
     Across: median time, logarithmic. Up: how far the maps are from float32, as mean relative
@@ -30,13 +30,13 @@ def draw(report: Report, path: Path) -> None:
     """
     from matplotlib.figure import Figure
 
-    panels: dict[str, list[Row]] = {}
+    panels: dict[str, list[LatencyRow]] = {}
     for row in report.rows:
         if row.summary is not None and row.accuracy is not None:
-            height, width = row.contender.size
+            height, width = row.backend.size
             if row.accuracy["visible_depth_abs_rel"] is None:
                 continue
-            panels.setdefault(f"{row.contender.network} {height}x{width}", []).append(row)
+            panels.setdefault(f"{row.backend.network} {height}x{width}", []).append(row)
     figure = Figure(figsize=(4.2 * max(1, len(panels)), 4.4), layout="constrained")
     figure.suptitle(f"Network alone, {report.threads} thread(s), {report.machine.cpu}", fontsize=10)
     labels: dict[str, Any] = {}
@@ -45,14 +45,14 @@ def draw(report: Report, path: Path) -> None:
         for row in rows:
             assert row.summary is not None
             assert row.accuracy is not None
-            summary, contender = row.summary, row.contender
+            summary, backend = row.summary, row.backend
             axes.errorbar(
                 summary.p50_ms,
                 100 * float(row.accuracy["visible_depth_abs_rel"]),
                 xerr=[[summary.p50_ms - summary.min_ms], [summary.p90_ms - summary.p50_ms]],
-                fmt=_MARKERS.get(contender.precision, "o"),
-                color=_COLOURS.get(contender.engine, "black"),
-                label=f"{contender.engine} {contender.precision}",
+                fmt=_MARKERS.get(backend.precision, "o"),
+                color=_COLOURS.get(backend.engine, "black"),
+                label=f"{backend.engine} {backend.precision}",
                 markersize=7,
                 capsize=2,
                 alpha=0.85,

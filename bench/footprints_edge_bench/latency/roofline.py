@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
-from footprints_edge_bench.engines.backend import Contender
+from footprints_edge_bench.engines.backend import Backend
 from footprints_edge_bench.engines.ort_profile import Operator, profile
 from footprints_edge_bench.latency.machine import Machine
 from footprints_edge_bench.latency.tables import table
 from footprints_edge_bench.latency.timing import measure
-from footprints_edge_bench.model_files.model_cache import NetworkFiles
+from footprints_edge_bench.model_files.model_cache import ModelCache
 
 SIDE = 1536
 """Of the square matrices; their product is 3.6 billion multiply-additions."""
@@ -32,7 +32,7 @@ _NAMES = {True: "int8", False: "fp32"}
 
 
 @dataclass(frozen=True)
-class Kind:
+class OperatorKind:
     """All operators of one kind in a network.
 
     Attributes:
@@ -66,7 +66,7 @@ class NetworkRoof:
     ms: float
     least_ms: float
     profiled_ms: float
-    kinds: tuple[Kind, ...]
+    kinds: tuple[OperatorKind, ...]
 
 
 @dataclass(frozen=True)
@@ -128,8 +128,8 @@ class Roofline:
 
 
 def roofline(
-    rows: Sequence[Contender],
-    files: NetworkFiles,
+    rows: Sequence[Backend],
+    files: ModelCache,
     machine: Machine,
     *,
     threads: int,
@@ -206,7 +206,7 @@ def under_roof(
         group_least_ms = macs / 1e6 / peaks[_NAMES[group[0].is_integer]]
         least_ms += group_least_ms
         of_peak = group_least_ms / spent_ms if macs and spent_ms else None
-        kinds.append(Kind(label, len(group), spent_ms, macs, of_peak))
+        kinds.append(OperatorKind(label, len(group), spent_ms, macs, of_peak))
     kinds.sort(key=lambda kind: -kind.ms)
     return NetworkRoof(name, ms, least_ms, sum(kind.ms for kind in kinds), tuple(kinds))
 

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from footprints_edge_bench.latency.benchmark import Report, Row
+from footprints_edge_bench.latency.benchmark import LatencyReport, LatencyRow
 from footprints_edge_bench.latency.cold_start import ColdStart
 from footprints_edge_bench.latency.end_to_end import EndToEnd
 
@@ -26,11 +26,11 @@ _COLUMNS = (
 )
 
 
-def markdown(report: Report, end_to_end: Sequence[EndToEnd], cold: ColdStart | None) -> str:
+def markdown(report: LatencyReport, end_to_end: Sequence[EndToEnd], cold: ColdStart | None) -> str:
     """The whole report."""
     parts = ["## Latency", _conditions(report)]
-    for size in dict.fromkeys(row.contender.size for row in report.rows):
-        rows = [row for row in report.rows if row.contender.size == size]
+    for size in dict.fromkeys(row.backend.size for row in report.rows):
+        rows = [row for row in report.rows if row.backend.size == size]
         parts += [f"### Network alone, {size[0]}x{size[1]}", _network_table(report, rows)]
     if missing := [row for row in report.rows if row.reason]:
         parts.append("\n".join(["Not run:", "", *(f"- {r.name}: {r.reason}" for r in missing)]))
@@ -42,7 +42,7 @@ def markdown(report: Report, end_to_end: Sequence[EndToEnd], cold: ColdStart | N
     return "\n\n".join(parts) + "\n"
 
 
-def as_json(report: Report, end_to_end: Sequence[EndToEnd], cold: ColdStart | None) -> str:
+def as_json(report: LatencyReport, end_to_end: Sequence[EndToEnd], cold: ColdStart | None) -> str:
     """The same with every single time."""
     content = {
         **asdict(report),
@@ -53,7 +53,7 @@ def as_json(report: Report, end_to_end: Sequence[EndToEnd], cold: ColdStart | No
 
 
 def write(
-    report: Report, end_to_end: Sequence[EndToEnd], cold: ColdStart | None, folder: Path
+    report: LatencyReport, end_to_end: Sequence[EndToEnd], cold: ColdStart | None, folder: Path
 ) -> None:
     """Writes ``latency.md`` and ``latency.json``."""
     text = markdown(report, end_to_end, cold)
@@ -67,7 +67,7 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) 
     return "\n".join("| " + " | ".join(cells) + " |" for cells in (columns, rule, *rows))
 
 
-def _conditions(report: Report) -> str:
+def _conditions(report: LatencyReport) -> str:
     return (
         f"One frame at a time, {report.threads} thread(s), onnxruntime's spinning "
         f"{report.spinning}; rows of one size timed in turns in random order, {report.trials} "
@@ -80,7 +80,7 @@ def _conditions(report: Report) -> str:
     )
 
 
-def _network_table(report: Report, rows: Sequence[Row]) -> str:
+def _network_table(report: LatencyReport, rows: Sequence[LatencyRow]) -> str:
     cells = []
     for row in rows:
         if row.summary is None:
@@ -104,7 +104,7 @@ def _network_table(report: Report, rows: Sequence[Row]) -> str:
         )
     if not cells:
         return "No row of this size ran."
-    baseline = report.baseline(rows[0].contender.size)
+    baseline = report.baseline(rows[0].backend.size)
     note = "" if baseline is None else f"\n\nTimes as fast as: {baseline.name}."
     return table(_COLUMNS, cells, left=2) + note
 
@@ -113,8 +113,8 @@ def _figure(accuracy: dict[str, Any] | None, key: str, form: str) -> str:
     return "-" if accuracy is None or accuracy[key] is None else format(accuracy[key], form)
 
 
-def _times_as_fast(report: Report, row: Row) -> str:
-    baseline = report.baseline(row.contender.size)
+def _times_as_fast(report: LatencyReport, row: LatencyRow) -> str:
+    baseline = report.baseline(row.backend.size)
     if baseline is None or baseline.name == row.name:
         return "1"
     found = report.ratios[baseline.name][row.name]

@@ -35,10 +35,10 @@ class Trials:
     cpu_s: tuple[float, ...]
     warm_up: int
 
-    def summary(self) -> "Summary":
+    def summary(self) -> "TimingSummary":
         """Percentiles and means of the trials."""
         p50, p90, p99 = np.percentile(self.times_ms, [50, 90, 99]).tolist()
-        return Summary(
+        return TimingSummary(
             n=len(self.times_ms),
             warm_up=self.warm_up,
             min_ms=min(self.times_ms),
@@ -51,7 +51,7 @@ class Trials:
 
 
 @dataclass(frozen=True)
-class Summary:
+class TimingSummary:
     """A contender's times in few numbers; percentiles are interpolated linearly.
 
     Attributes:

@@ -18,9 +18,9 @@ from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.inputs.preprocessing import preprocess
 from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge.model_files.registry import resolve
-from footprints_edge_bench.model_files.random_weights import with_lively_weights
+from footprints_edge_bench.model_files.random_weights import with_calibrated_random_weights
 from footprints_edge_bench.model_files.stock_files import write_stock
-from footprints_edge_bench.model_files.synthetic_photos import made_photo
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_photo
 
 if TYPE_CHECKING:
     from torch import nn
@@ -37,12 +37,12 @@ PARTS = {
 """What may stand behind a precision: the outputs and the scale that a file is converted with."""
 
 
-class NetworkFilesError(FootprintsError):
+class ModelCacheError(FootprintsError):
     """A model file that can be neither found nor made."""
 
 
 @dataclass(frozen=True)
-class NetworkFiles:
+class ModelCache:
     """Where model files come from.
 
     ``edge`` is the bundled model; its float file is made from the checkpoint that it came from.
@@ -67,7 +67,7 @@ class NetworkFiles:
                 a key of ``PARTS``, only that part.
 
         Raises:
-            NetworkFilesError: it can be neither found nor made.
+            ModelCacheError: it can be neither found nor made.
         """
         if network not in (EDGE, REFERENCE):
             return resolve(network)
@@ -86,12 +86,12 @@ class NetworkFiles:
         """A network in torch, with the weights that its files are made from.
 
         Raises:
-            NetworkFilesError: it is neither ``edge`` nor ``reference``.
+            ModelCacheError: it is neither ``edge`` nor ``reference``.
         """
         from footprints_edge_export.architectures import ARCHITECTURES, trained
 
         if network not in ARCHITECTURES:
-            raise NetworkFilesError(f"{network} is a model file; only its graph is known")
+            raise ModelCacheError(f"{network} is a model file; only its graph is known")
         return trained(network, self._checkpoint(network))
 
     def weights_sha256(self, network: str) -> str:
@@ -130,13 +130,13 @@ class NetworkFiles:
     def _checkpoint(self, network: str) -> Path:
         if network == EDGE:
             if not self.edge_checkpoint.is_file():
-                raise NetworkFilesError(
+                raise ModelCacheError(
                     f"{self.edge_checkpoint}: no such checkpoint of the edge network; name it with "
                     "--edge-checkpoint, in a checkout it is models/weights/edge.pt"
                 )
             return self.edge_checkpoint
         if network != REFERENCE:
-            raise NetworkFilesError(f"{network} is a model file; there is no checkpoint of it")
+            raise ModelCacheError(f"{network} is a model file; there is no checkpoint of it")
         return self.kept(
             "reference-weights", {"sources": _exporter_sha256()}, _random_reference
         ) / ("weights.pt")
@@ -207,7 +207,7 @@ def default_folder() -> Path:
 
 
 def _calibration_photos() -> list[Rgb]:
-    return [made_photo((480, 640), seed) for seed in range(CALIBRATION_PHOTOS)]
+    return [synthetic_photo((480, 640), seed) for seed in range(CALIBRATION_PHOTOS)]
 
 
 def _random_reference(folder: Path) -> None:
@@ -215,8 +215,8 @@ def _random_reference(folder: Path) -> None:
 
     from footprints_edge_models.networks.reference import ReferenceNetwork
 
-    photos = [preprocess(made_photo((96, 128), seed), (96, 128)) for seed in range(4)]
-    network = with_lively_weights(ReferenceNetwork(), photos)
+    photos = [preprocess(synthetic_photo((96, 128), seed), (96, 128)) for seed in range(4)]
+    network = with_calibrated_random_weights(ReferenceNetwork(), photos)
     torch.save(network.state_dict(), folder / "weights.pt")
 
 

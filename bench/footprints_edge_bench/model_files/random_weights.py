@@ -10,7 +10,9 @@ if TYPE_CHECKING:
     from torch import nn
 
 
-def with_lively_weights(network: "nn.Module", pictures: Sequence[NDArray[np.uint8]]) -> "nn.Module":
+def with_calibrated_random_weights(
+    network: "nn.Module", pictures: Sequence[NDArray[np.uint8]]
+) -> "nn.Module":
     """Random weights whose activations are about as large as trained ones; batch norms fit them.
 
     With torch's own first weights they shrink from layer to layer, and what int8 does, and how

@@ -12,7 +12,7 @@ _GRAIN = 4.0
 as a phone's."""
 
 
-def made_photo(size: Size, seed: int) -> Rgb:
+def synthetic_photo(size: Size, seed: int) -> Rgb:
     """A picture of a size, uint8 (H, W, 3); another one for each seed."""
     height, width = size
     rng = np.random.default_rng(seed)
@@ -25,8 +25,8 @@ def made_photo(size: Size, seed: int) -> Rgb:
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8)
 
 
-def made_jpeg(size: Size, seed: int = 0) -> bytes:
+def synthetic_jpeg(size: Size, seed: int = 0) -> bytes:
     """The same as the bytes of a JPEG of quality 90."""
     buffer = io.BytesIO()
-    Image.fromarray(made_photo(size, seed)).save(buffer, "JPEG", quality=90)
+    Image.fromarray(synthetic_photo(size, seed)).save(buffer, "JPEG", quality=90)
     return buffer.getvalue()

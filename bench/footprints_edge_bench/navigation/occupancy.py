@@ -17,7 +17,7 @@ from footprints_edge.navigation.occupancy_grid import OccupancyGrid
 from footprints_edge.prediction import ModelInfo, Prediction
 from footprints_edge_bench.accuracy.benchmark import Benchmark
 from footprints_edge_bench.accuracy.tables import Column, table
-from footprints_edge_bench.ground_truth.base import Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth
 
 RANGE_M = 6.0
 CELL_M = 0.05
@@ -39,7 +39,7 @@ class GridScore:
     """One grid against the exact one; NaN where there is nothing to compare.
 
     Attributes:
-        iou: of free cells, those that the truth does not know left out.
+        iou: of free cells, those that the ground truth does not know left out.
         area: relative error of the area of free ground.
         obstacle: median error of the distance to the nearest obstacle, metres, where both have one.
         height: relative error of the camera's height.
@@ -53,46 +53,46 @@ class GridScore:
     pitch: float = math.nan
 
 
-def exact_prediction(truth: Truth, like: Prediction) -> Prediction:
+def exact_prediction(ground_truth: GroundTruth, like: Prediction) -> Prediction:
     """What a perfect model would say of an image.
 
     Args:
-        truth: with S, S*, D and D*.
+        ground_truth: with S, S*, D and D*.
         like: a prediction of the image, for the camera.
     """
-    assert truth.visible_ground is not None and truth.ground is not None
-    assert truth.visible_depth_m is not None and truth.ground_depth_m is not None
+    assert ground_truth.visible_ground is not None and ground_truth.ground is not None
+    assert ground_truth.visible_depth_m is not None and ground_truth.ground_depth_m is not None
 
     def depth(depth_m: Floats) -> Floats:
         return np.where(depth_m > 0, depth_m, np.float32(_SKY_M))
 
     return Prediction(
-        truth.visible_ground.mask.astype(np.float32),
-        truth.ground.mask.astype(np.float32),
-        depth(truth.visible_depth_m),
-        depth(truth.ground_depth_m),
-        DecodedImage(np.zeros((*truth.size, 3), np.uint8)),
-        like.intrinsics.scaled(like.map_size, truth.size),
+        ground_truth.visible_ground.mask.astype(np.float32),
+        ground_truth.ground.mask.astype(np.float32),
+        depth(ground_truth.visible_depth_m),
+        depth(ground_truth.ground_depth_m),
+        DecodedImage(np.zeros((*ground_truth.size, 3), np.uint8)),
+        like.intrinsics.scaled(like.map_size, ground_truth.size),
         0.5,
         ModelInfo("truth", "exact", "0" * 64, "none"),
         {},
     )
 
 
-def compare_grids(found: OccupancyGrid, exact: OccupancyGrid, known: Mask) -> GridScore:
+def compare_grids(found: OccupancyGrid, exact: OccupancyGrid, valid: Mask) -> GridScore:
     """Holds a grid against the exact one.
 
     Args:
         found: by a model.
         exact: of the same cells.
-        known: bool, of the cells that count.
+        valid: bool, of the cells that count.
     """
-    overlap, either = found.free & exact.free & known, (found.free | exact.free) & known
+    overlap, either = found.free & exact.free & valid, (found.free | exact.free) & valid
     if not either.any():
         return GridScore(math.nan)
     near, true_near = (grid.nearest_obstacle_m(BEARINGS_DEG) for grid in (found, exact))
     both = np.isfinite(near) & np.isfinite(true_near)
-    areas = [float(np.count_nonzero(grid.free & known)) for grid in (found, exact)]
+    areas = [float(np.count_nonzero(grid.free & valid)) for grid in (found, exact)]
     return GridScore(
         float(overlap.sum() / either.sum()),
         abs(areas[0] - areas[1]) / areas[1] if areas[1] else math.nan,
@@ -102,22 +102,22 @@ def compare_grids(found: OccupancyGrid, exact: OccupancyGrid, known: Mask) -> Gr
     )
 
 
-def known_cells(grid: OccupancyGrid, truth: Truth, intrinsics: Intrinsics) -> Mask:
-    """Cells but those on rays of which the truth does not know whether there is ground.
+def valid_cells(grid: OccupancyGrid, ground_truth: GroundTruth, intrinsics: Intrinsics) -> Mask:
+    """Cells but those on rays of which the ground truth does not know whether there is ground.
 
     Args:
         grid: of exact maps.
-        truth: of the image.
-        intrinsics: the camera in the truth's pixels.
+        ground_truth: of the image.
+        intrinsics: the camera in the ground truth's pixels.
     """
-    assert truth.ground is not None
+    assert ground_truth.ground is not None
     pixels = grid.plane.to_pixels(grid.places_m, intrinsics)
     x, y = np.moveaxis(np.floor(np.nan_to_num(pixels, nan=-1) + 0.5).astype(int), -1, 0)
-    height, width = truth.size
+    height, width = ground_truth.size
     seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-    known = np.ones(seen.shape, bool)
-    known[seen] = truth.ground.known[y[seen], x[seen]]
-    return known
+    valid = np.ones(seen.shape, bool)
+    valid[seen] = ground_truth.ground.valid[y[seen], x[seen]]
+    return valid
 
 
 def score_grids(
@@ -129,21 +129,21 @@ def score_grids(
     """
     scores: dict[str, list[GridScore]] = {row: [] for row in benchmark.rows()}
     for item in benchmark.items():
-        truth = item.load()
-        predictions = benchmark.predict(truth)
-        exact = exact_prediction(truth, next(iter(predictions.values())))
+        ground_truth = item.load()
+        predictions = benchmark.predict(ground_truth)
+        exact = exact_prediction(ground_truth, next(iter(predictions.values())))
         try:
             exact_grid = exact.top_down(CELL_M, RANGE_M)
         except GroundPlaneError:
             continue
-        known = known_cells(exact_grid, truth, exact.intrinsics)
+        valid = valid_cells(exact_grid, ground_truth, exact.intrinsics)
         for row, prediction in predictions.items():
             try:
                 found = prediction.top_down(CELL_M, RANGE_M)
             except GroundPlaneError:
                 scores[row].append(GridScore(0.0))
                 continue
-            scores[row].append(compare_grids(found, exact_grid, known))
+            scores[row].append(compare_grids(found, exact_grid, valid))
         progress(item.name)
     return scores
 

@@ -1,7 +1,7 @@
 """The paper's path planning benchmark (section "Use case: Path Planning" and its table).
 
 From a random place of truly visible ground to a random place of truly hidden ground, over each
-method's ground; the path is then held against the truth.
+method's ground; the path is then held against the ground truth.
 """
 
 import csv
@@ -31,7 +31,7 @@ from footprints_edge_bench.accuracy.baselines import (
 )
 from footprints_edge_bench.accuracy.benchmark import Benchmark
 from footprints_edge_bench.accuracy.tables import Column, table
-from footprints_edge_bench.ground_truth.base import Item, Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth, Item
 
 TRUTH = "Ground truth ‡"
 BASELINE_ROWS = (VOXELS, VOXELS_PLUS, HULL, BOXES, PROJECT_DOWN, VISIBLE, NOTHING)
@@ -45,7 +45,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class PathScore:
-    """One planned path, held against the truth.
+    """One planned path, held against the ground truth.
 
     Attributes:
         item: name of the image.
@@ -86,17 +86,17 @@ def plan_paths(
 
 
 def _scores_of(benchmark: Benchmark, item: Item, paths: int, seed: int) -> Iterator[PathScore]:
-    truth = item.load()
-    ends = list(random_ends(truth, paths, np.random.default_rng([seed, _number(item.name)])))
+    ground_truth = item.load()
+    ends = list(random_ends(ground_truth, paths, np.random.default_rng([seed, _number(item.name)])))
     if not ends:
         return
-    predictions = benchmark.predict(truth)
-    for row, ground in _grounds(benchmark, truth, item.name, predictions):
+    predictions = benchmark.predict(ground_truth)
+    for row, ground in _grounds(benchmark, ground_truth, item.name, predictions):
         costs = 1 - ground.astype(np.float64) + STEP_COST
         for start, goal in ends:
             route, _ = cheapest_route(costs, start, goal)
             assert route is not None  # nothing is closed
-            yield judge_route(route, truth, item.name, row)
+            yield judge_route(route, ground_truth, item.name, row)
 
 
 def _number(name: str) -> int:
@@ -104,13 +104,17 @@ def _number(name: str) -> int:
 
 
 def random_ends(
-    truth: Truth, paths: int, rng: np.random.Generator
+    ground_truth: GroundTruth, paths: int, rng: np.random.Generator
 ) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
     """Starts on visible and goals on hidden true ground, (row, column); none if one is missing."""
-    if truth.visible_ground is None or truth.ground is None:
+    if ground_truth.visible_ground is None or ground_truth.ground is None:
         return
-    visible = truth.visible_ground.mask & truth.ground.mask
-    hidden = truth.ground.mask & ~truth.visible_ground.mask & truth.visible_ground.known
+    visible = ground_truth.visible_ground.mask & ground_truth.ground.mask
+    hidden = (
+        ground_truth.ground.mask
+        & ~ground_truth.visible_ground.mask
+        & ground_truth.visible_ground.valid
+    )
     places = [np.argwhere(mask) for mask in (visible, hidden)]
     if all(map(len, places)):
         for _ in range(paths):
@@ -119,28 +123,33 @@ def random_ends(
 
 
 def _grounds(
-    benchmark: Benchmark, truth: Truth, name: str, predictions: dict[str, Prediction]
+    benchmark: Benchmark, ground_truth: GroundTruth, name: str, predictions: dict[str, Prediction]
 ) -> Iterator[tuple[str, Floats | Mask]]:
     """Each row's s*, float (H, W): probabilities of models, masks of what has no more."""
     first = next(iter(predictions.values()))
     extras = benchmark.extras
-    boxes, voxels = extras.boxes_of(name, truth), extras.voxels_of(name, truth)
-    for row, estimate in baselines(first, truth, name, boxes, voxels):
+    boxes, voxels = extras.boxes_of(name, ground_truth), extras.voxels_of(name, ground_truth)
+    for row, estimate in baselines(first, ground_truth, name, boxes, voxels):
         if row == VISIBLE:
-            yield row, first.at_size(truth.size).visible_ground_probability
+            yield row, first.at_size(ground_truth.size).visible_ground_probability
         elif row in BASELINE_ROWS and estimate.ground is not None:
             yield row, estimate.ground
     for row, prediction in predictions.items():
-        yield row, prediction.at_size(truth.size).ground_probability
-    assert truth.ground is not None
-    yield TRUTH, truth.ground.mask | ~truth.ground.known  # what is not known is not judged
+        yield row, prediction.at_size(ground_truth.size).ground_probability
+    assert ground_truth.ground is not None
+    yield (
+        TRUTH,
+        ground_truth.ground.mask | ~ground_truth.ground.valid,
+    )  # what is not known is not judged
 
 
-def judge_route(route: NDArray[np.intp], truth: Truth, item: str, row: str) -> PathScore:
-    """Holds the (N, 2) rows and columns of a path against the truth; what is not known is free."""
-    assert truth.ground is not None
+def judge_route(
+    route: NDArray[np.intp], ground_truth: GroundTruth, item: str, row: str
+) -> PathScore:
+    """Holds the (N, 2) rows and columns of a path against the ground truth; what is not known is free."""
+    assert ground_truth.ground is not None
     at = tuple(route.T)
-    off = truth.ground.known[at] & ~truth.ground.mask[at]
+    off = ground_truth.ground.valid[at] & ~ground_truth.ground.mask[at]
     return PathScore(item, row, bool(off.any()), float(off.mean()))
 
 
@@ -172,7 +181,7 @@ def as_markdown(
             sections.append(f"{heading}\n\n{table(rows, _COLUMNS, lambda row: row)}")
     sections.append(
         "Lower is better. A path is failed if it leaves true ground anywhere; collisions are the "
-        "share of its pixels that do. † sees measured depth or other sensors, ‡ the truth."
+        "share of its pixels that do. † sees measured depth or other sensors, ‡ the ground truth."
     )
     sections += [f"Skipped {name}: {reason}" for name, reason in failures.items()]
     return "\n\n".join(sections) + "\n"

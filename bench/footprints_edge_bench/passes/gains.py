@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from footprints_edge.foundation.types import Size
 from footprints_edge_bench.latency.timing import interleaved_ms
-from footprints_edge_bench.model_files.random_weights import with_lively_weights
+from footprints_edge_bench.model_files.random_weights import with_calibrated_random_weights
 from footprints_edge_bench.model_files.stock_files import stock_graph
-from footprints_edge_bench.model_files.synthetic_photos import made_photo
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_photo
 
 if TYPE_CHECKING:
     import onnx
@@ -57,8 +57,8 @@ def measure_gains(
     """
     from footprints_edge_export.architectures import ARCHITECTURES
 
-    pictures = [made_photo(size, seed)[None] for seed in range(2)]
-    network = with_lively_weights(ARCHITECTURES[architecture].build(), pictures)
+    pictures = [synthetic_photo(size, seed)[None] for seed in range(2)]
+    network = with_calibrated_random_weights(ARCHITECTURES[architecture].build(), pictures)
     image = np.random.default_rng(0).integers(0, 256, (1, *size, 3), dtype=np.uint8)
     sessions = {
         name: session_of(model, threads)

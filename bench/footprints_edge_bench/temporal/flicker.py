@@ -21,9 +21,9 @@ from footprints_edge.prediction import Prediction
 from footprints_edge.video.smoothing import Tracker
 from footprints_edge_bench.accuracy.baselines import estimate_of
 from footprints_edge_bench.accuracy.scoring import judge
-from footprints_edge_bench.ground_truth.base import Item, Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth, Item
 from footprints_edge_bench.ground_truth.clip import open_clip
-from footprints_edge_bench.ground_truth.datasets import Part
+from footprints_edge_bench.ground_truth.datasets import Subset
 
 if TYPE_CHECKING:
     from footprints_edge_models.mapping.floor_map import Frame
@@ -38,7 +38,7 @@ Smooth = Callable[[Prediction], Prediction]
 
 
 @dataclass(frozen=True)
-class Figures:
+class FlickerScores:
     """What is measured of one way to make the maps; NaN where there is nothing to measure.
 
     Attributes:
@@ -65,16 +65,16 @@ class Figures:
 
 @dataclass(frozen=True, eq=False)
 class _View:
-    """A frame of the clip: its measured depth with its pose, the floor's depth, its truth."""
+    """A frame of the clip: its measured depth with its pose, the floor's depth, its ground truth."""
 
     measured: "Frame"
     floor_depth_m: NDArray[np.float64]
-    truth: Truth
+    ground_truth: GroundTruth
 
 
 def measure(
-    folder: Path, part: Part, model: Model, ways: Mapping[str, Callable[[], Smooth]]
-) -> dict[str, Figures]:
+    folder: Path, part: Subset, model: Model, ways: Mapping[str, Callable[[], Smooth]]
+) -> dict[str, FlickerScores]:
     """The figures of several ways to smooth on one clip.
 
     Args:
@@ -88,24 +88,24 @@ def measure(
     before: dict[str, Prediction] = {}
     last: _View | None = None
     for view in _views(folder, part):
-        predicted = model.predict(view.truth.image, intrinsics=view.truth.intrinsics)
+        predicted = model.predict(view.ground_truth.image, intrinsics=view.ground_truth.intrinsics)
         pairs = None if last is None else (_surface(last, view), _floor(last, view))
         for name, smooth in smoothers.items():
             now = smooth(predicted)
-            large = now.at_size(view.truth.size)
+            large = now.at_size(view.ground_truth.size)
             flicker = [math.nan] * 4
             if pairs is not None and last is not None:
                 flicker = _flicker(before[name], large, last, view, *pairs)
-            scores[name].append([*flicker, *_accuracy(now, view.truth)])
+            scores[name].append([*flicker, *_accuracy(now, view.ground_truth)])
             before[name] = large
         last = view
-    return {name: Figures(*_means(rows)) for name, rows in scores.items()}
+    return {name: FlickerScores(*_means(rows)) for name, rows in scores.items()}
 
 
-def _views(folder: Path, part: Part) -> Iterator[_View]:
+def _views(folder: Path, part: Subset) -> Iterator[_View]:
     clip, title = open_clip(folder), folder.resolve().name
     frames = {f"{title}/{frame.name}": frame for frame in clip.sequence.frames}
-    items = (Item(name, partial(clip.truth, frame)) for name, frame in frames.items())
+    items = (Item(name, partial(clip.ground_truth, frame)) for name, frame in frames.items())
     for item in part.of(title, tuple(items)):
         measured = frames[item.name].measured()
         yield _View(measured, measured.depth_to_m(clip.floor_map.plane), item.load())
@@ -118,8 +118,8 @@ def _means(rows: Sequence[Sequence[float]]) -> list[float]:
     return [math.fsum(column) / len(column) if column else math.nan for column in columns]
 
 
-def _accuracy(prediction: Prediction, truth: Truth) -> list[float]:
-    scores = judge(estimate_of(prediction, truth.size), truth)
+def _accuracy(prediction: Prediction, ground_truth: GroundTruth) -> list[float]:
+    scores = judge(estimate_of(prediction, ground_truth.size), ground_truth)
     return [
         math.nan if part is None else float(getattr(part, measure))
         for part, measure in (
@@ -226,14 +226,14 @@ HEADINGS = {
 }
 """Of the columns, in order."""
 
-WAYS: Mapping[str, Callable[[], Smooth]] = {
+SMOOTHINGS: Mapping[str, Callable[[], Smooth]] = {
     "Frame by frame": lambda: lambda prediction: prediction,
     "Smoothed": lambda: Tracker().update,
 }
 """What is compared."""
 
 
-def as_markdown(clips: Mapping[str, Mapping[str, Figures]]) -> str:
+def as_markdown(clips: Mapping[str, Mapping[str, FlickerScores]]) -> str:
     """A table of every clip's figures, flicker in per cent."""
     sections = ["## Steadiness"]
     for title, ways in clips.items():

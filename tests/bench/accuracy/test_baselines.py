@@ -11,7 +11,7 @@ from footprints_edge_bench.accuracy.scoring import score
 from footprints_edge_bench.geometry.boxes import Box, BoxesError, read_boxes
 from footprints_edge_bench.geometry.convex_hull import convex_hull
 from footprints_edge_bench.geometry.voxels import CLASSES, VoxelGrid, VoxelsError, read_voxels
-from footprints_edge_bench.ground_truth.base import KnownMask, Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth, LabelledMask
 
 SIZE = (120, 160)
 FLOOR, CHAIR, WALL = CLASSES.index("floor"), CLASSES.index("chair"), CLASSES.index("wall")
@@ -186,7 +186,7 @@ def test_two_pixels_carry_no_plane(camera):
 
 @pytest.fixture
 def crate(camera, pose, floor_of, predicted):
-    """A crate on a floor: the prediction that sees all of it rightly, and the truth."""
+    """A crate on a floor: the prediction that sees all of it rightly, and the ground truth."""
     view = pose(down_deg=35)
     points, floor_m = floor_of(view)
     low, high = np.array([-0.12, 1.7, 0]), np.array([0.12, 1.9, 0.12])
@@ -202,24 +202,24 @@ def crate(camera, pose, floor_of, predicted):
     visible_depth_m = np.where(hit, enter, np.where(near, floor_m, 50))
     prediction = predicted(visible, near & ~stands, visible_depth_m, np.where(near, floor_m, 50))
     everywhere = np.ones(SIZE, bool)
-    truth = Truth(
+    ground_truth = GroundTruth(
         None,
         SIZE,
         camera,
-        KnownMask(visible, everywhere),
-        KnownMask(near & ~stands, everywhere),
+        LabelledMask(visible, everywhere),
+        LabelledMask(near & ~stands, everywhere),
         visible_depth_m.astype(np.float32),
         np.where(near & ~stands, floor_m, 0).astype(np.float32),
         convex_hull(visible),
         (in_camera(low, high, view),),
         None,
     )
-    return prediction, truth, stands
+    return prediction, ground_truth, stands
 
 
 def test_rows_score_as_they_must_on_a_crate(crate):
-    prediction, truth, stands = crate
-    scores = score({"Ours": prediction}, truth, "a", boxes=truth.boxes)
+    prediction, ground_truth, stands = crate
+    scores = score({"Ours": prediction}, ground_truth, "a", boxes=ground_truth.boxes)
     assert list(scores) == [
         row for row in (*BASELINES, "Ours") if row not in (baselines.VOXELS, baselines.VOXELS_PLUS)
     ]
@@ -228,13 +228,13 @@ def test_rows_score_as_they_must_on_a_crate(crate):
     assert freespace["Ours"] == footprint["Ours"] == 1
     assert freespace[baselines.BOXES] == footprint[baselines.BOXES] == 1
     assert freespace[baselines.NOTHING] == footprint[baselines.EVERYTHING] == 0
-    true = truth.ground.mask
+    true = ground_truth.ground.mask
     assert freespace[baselines.EVERYTHING] == pytest.approx(true.mean())
     # The hull of the visible floor covers the crate's footprint and all of the ground.
-    hull = convex_hull(truth.visible_ground.mask)
+    hull = convex_hull(ground_truth.visible_ground.mask)
     assert freespace[baselines.HULL] == pytest.approx(true.sum() / (true | hull).sum())
     assert footprint[baselines.HULL] == 0
-    seen = truth.visible_ground.mask
+    seen = ground_truth.visible_ground.mask
     assert freespace[baselines.VISIBLE] == pytest.approx(seen.sum() / true.sum())
     assert footprint[baselines.VISIBLE] == pytest.approx(stands.sum() / (hull & ~seen).sum())
     # Depth alone tells where the near part of the crate stands.
@@ -249,9 +249,9 @@ def test_rows_score_as_they_must_on_a_crate(crate):
 
 
 def test_voxels_of_a_dataset_make_their_rows(crate, pose):
-    prediction, truth, _ = crate
+    prediction, ground_truth, _ = crate
     grid = voxel_room(pose(down_deg=35))
-    scores = score({"Ours": prediction}, truth, "a", voxels=grid)
+    scores = score({"Ours": prediction}, ground_truth, "a", voxels=grid)
     assert scores[baselines.VOXELS].freespace.iou > 0.4
     assert scores[baselines.VOXELS].ground_depth.a1 > 0.4
     assert scores[baselines.VOXELS_PLUS].freespace != scores[baselines.VOXELS].freespace
@@ -259,11 +259,11 @@ def test_voxels_of_a_dataset_make_their_rows(crate, pose):
 
 
 def test_baselines_start_from_the_first_model(crate, predicted):
-    prediction, truth, _ = crate
+    prediction, ground_truth, _ = crate
     blind = predicted(np.zeros(SIZE, bool))
-    scores = score({"Ours": prediction, "Blind": blind}, truth, "a")
+    scores = score({"Ours": prediction, "Blind": blind}, ground_truth, "a")
     assert scores[baselines.HULL].freespace.predicted > 0
-    scores = score({"Blind": blind, "Ours": prediction}, truth, "a")
+    scores = score({"Blind": blind, "Ours": prediction}, ground_truth, "a")
     assert scores[baselines.HULL].freespace.predicted == 0
     assert baselines.RANSAC not in scores  # nothing to fit a plane to
     assert baselines.ORACLE in scores

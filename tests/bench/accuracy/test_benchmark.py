@@ -14,8 +14,8 @@ from PIL import Image
 
 from footprints_edge_bench.accuracy.metrics import DepthScores, MaskCounts
 from footprints_edge_bench.accuracy.results import Results, ResultsError
-from footprints_edge_bench.accuracy.scoring import Scores
-from footprints_edge_bench.accuracy.summary import Summary, summarise
+from footprints_edge_bench.accuracy.scoring import MethodScores
+from footprints_edge_bench.accuracy.summary import ScoreSummary, summarise
 from footprints_edge_bench.accuracy.tables import tables
 
 SIZE = (32, 64)
@@ -308,16 +308,16 @@ def test_help_is_quick_and_complete():
 
 
 def test_scores_come_back_from_json():
-    scores = Scores(
+    scores = MethodScores(
         MaskCounts(1, 2, 3), None, MaskCounts(0, 0, 0), DepthScores(0.1, 0.2, 1 / 3, 0.4)
     )
-    assert Scores.from_json(json.loads(json.dumps(scores.as_json()))) == scores
+    assert MethodScores.from_json(json.loads(json.dumps(scores.as_json()))) == scores
 
 
 def test_a_damaged_file_of_results_is_refused(tmp_path):
     path = tmp_path / "results.jsonl"
-    Results(path, {"a": 1}).add("x", {"row": Scores(MaskCounts(1, 2, 3))})
-    assert Results(path, {"a": 1}).images == {"x": {"row": Scores(MaskCounts(1, 2, 3))}}
+    Results(path, {"a": 1}).add("x", {"row": MethodScores(MaskCounts(1, 2, 3))})
+    assert Results(path, {"a": 1}).images == {"x": {"row": MethodScores(MaskCounts(1, 2, 3))}}
     path.write_text(path.read_text() + "nonsense\n")
     with pytest.raises(ResultsError, match="damaged"):
         Results(path, {"a": 1})
@@ -329,9 +329,9 @@ def test_a_damaged_file_of_results_is_refused(tmp_path):
 
 def test_means_leave_out_images_that_say_nothing():
     images = [
-        {"a": Scores(MaskCounts(1, 1, 2)), "b": Scores()},
-        {"a": Scores(MaskCounts(0, 5, 0))},
-        {"a": Scores(MaskCounts(4, 4, 4))},
+        {"a": MethodScores(MaskCounts(1, 1, 2)), "b": MethodScores()},
+        {"a": MethodScores(MaskCounts(0, 5, 0))},
+        {"a": MethodScores(MaskCounts(4, 4, 4))},
     ]
     summary = summarise(images)["a"]["freespace"]
     assert summary.images == 2
@@ -344,7 +344,10 @@ def test_the_best_is_bold_and_the_second_underlined():
     def row(iou, a1, rmse):
         means = dict.fromkeys(("f1", "precision", "recall"), iou) | {"iou": iou}
         depth = {"a1": a1, "rmse": rmse, "abs_rel": rmse, "sq_rel": rmse}
-        return {"freespace": Summary(3, means, means), "ground_depth": Summary(3, depth, {})}
+        return {
+            "freespace": ScoreSummary(3, means, means),
+            "ground_depth": ScoreSummary(3, depth, {}),
+        }
 
     text = tables({"x": row(0.5, 0.2, 1), "y": row(0.7, 0.3, 3), "z": row(0.6, 0.1, 2)})
     assert "| y | **0.700** | **0.700** |" in text

@@ -1,4 +1,4 @@
-"""Readers of truth, on made-up trees of the layouts that are published."""
+"""Readers of ground truth, on made-up trees of the layouts that are published."""
 
 import json
 import math
@@ -9,12 +9,17 @@ from PIL import Image
 
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_bench.geometry.convex_hull import convex_hull
-from footprints_edge_bench.ground_truth.base import Dataset, TruthError
-from footprints_edge_bench.ground_truth.datasets import Part, Reading, open_dataset, open_datasets
+from footprints_edge_bench.ground_truth.base import EvaluationDataset, GroundTruthError
+from footprints_edge_bench.ground_truth.datasets import (
+    ReadingOptions,
+    Subset,
+    open_dataset,
+    open_datasets,
+)
 from footprints_edge_models.data.datasets import load_datasets
 
 SIZE = (120, 160)
-ALL = Part()
+ALL = Subset()
 
 
 def save_mask(path, mask):
@@ -47,21 +52,21 @@ def kitti(tmp_path):
 def test_kitti_truth_is_the_polygon_without_the_footprints(kitti, tmp_path):
     for number in ("00000", "00001"):
         save_picture(tmp_path / "pictures" / f"{number}.png")
-    dataset = open_dataset(kitti, Reading(images=tmp_path / "pictures"), ALL)
+    dataset = open_dataset(kitti, ReadingOptions(images=tmp_path / "pictures"), ALL)
     assert dataset.kind == "KITTI"
-    truths = loaded(dataset)
-    assert list(truths) == ["annotations/00000", "annotations/00001"]
-    truth = truths["annotations/00001"]
-    assert truth.image == tmp_path / "pictures" / "00001.png"
+    ground_truths = loaded(dataset)
+    assert list(ground_truths) == ["annotations/00000", "annotations/00001"]
+    ground_truth = ground_truths["annotations/00001"]
+    assert ground_truth.image == tmp_path / "pictures" / "00001.png"
     rows, columns = np.mgrid[: SIZE[0], : SIZE[1]]
     thing = (rows >= 80) & (rows < 90) & (columns >= 50) & (columns < 70)
-    np.testing.assert_array_equal(truth.ground.mask, (rows >= 60) & ~thing)
-    np.testing.assert_array_equal(truth.region, rows >= 60)
-    assert truth.ground.known.all()
-    assert truth.visible_ground is None and truth.ground_depth_m is None
+    np.testing.assert_array_equal(ground_truth.ground.mask, (rows >= 60) & ~thing)
+    np.testing.assert_array_equal(ground_truth.region, rows >= 60)
+    assert ground_truth.ground.valid.all()
+    assert ground_truth.visible_ground is None and ground_truth.ground_depth_m is None
     # as the published training has KITTI's cameras
-    assert truth.intrinsics.fx == pytest.approx(0.58 * 160)
-    assert truth.intrinsics.fy == pytest.approx(1.92 * 120)
+    assert ground_truth.intrinsics.fx == pytest.approx(0.58 * 160)
+    assert ground_truth.intrinsics.fy == pytest.approx(1.92 * 120)
 
 
 @pytest.mark.parametrize(
@@ -78,15 +83,15 @@ def test_kitti_pictures_come_in_the_order_of_the_split(kitti, tmp_path, lines, e
     save_picture(raw / expected)
     split = raw / "test_files.txt"
     split.write_text("\n".join(lines) + "\n")
-    dataset = open_dataset(kitti, Reading(images=split), ALL)
+    dataset = open_dataset(kitti, ReadingOptions(images=split), ALL)
     assert dataset.items[1].load().image == raw / expected
 
 
 def test_a_split_that_is_too_short_is_said_so(kitti, tmp_path):
     split = tmp_path / "split.txt"
     split.write_text("one.jpg\n")
-    dataset = open_dataset(kitti, Reading(images=split), ALL)
-    with pytest.raises(TruthError, match="lists 1 pictures"):
+    dataset = open_dataset(kitti, ReadingOptions(images=split), ALL)
+    with pytest.raises(GroundTruthError, match="lists 1 pictures"):
         dataset.items[1].load()
 
 
@@ -110,17 +115,17 @@ def matterport(tmp_path):
 
 def test_matterport_truth_is_what_the_files_say(matterport, tmp_path):
     folder, raw = matterport
-    dataset = open_dataset(folder, Reading(images=tmp_path / "raw"), ALL)
+    dataset = open_dataset(folder, ReadingOptions(images=tmp_path / "raw"), ALL)
     assert dataset.kind == "Matterport"
-    ((name, truth),) = loaded(dataset).items()
+    ((name, ground_truth),) = loaded(dataset).items()
     assert name == "truth/scan1_abc_1_4"
-    assert truth.image == raw / "matterport_color_images" / "abc_i1_4.jpg"
-    assert truth.intrinsics == Intrinsics(150.5, 151.5, 80.5, 62.5)
+    assert ground_truth.image == raw / "matterport_color_images" / "abc_i1_4.jpg"
+    assert ground_truth.intrinsics == Intrinsics(150.5, 151.5, 80.5, 62.5)
     rows = np.mgrid[:64, :80][0]
-    np.testing.assert_array_equal(truth.ground.mask, rows >= 32)
-    np.testing.assert_array_equal(truth.ground_depth_m, np.where(rows >= 32, 2, 0))
-    np.testing.assert_array_equal(truth.region, rows >= 40)
-    assert truth.visible_ground is None and truth.visible_depth_m is None
+    np.testing.assert_array_equal(ground_truth.ground.mask, rows >= 32)
+    np.testing.assert_array_equal(ground_truth.ground_depth_m, np.where(rows >= 32, 2, 0))
+    np.testing.assert_array_equal(ground_truth.region, rows >= 40)
+    assert ground_truth.visible_ground is None and ground_truth.visible_depth_m is None
 
 
 def test_matterport_s_measured_depth_shows_what_is_visible(matterport, tmp_path):
@@ -131,12 +136,14 @@ def test_matterport_s_measured_depth_shows_what_is_visible(matterport, tmp_path)
     (raw / "matterport_depth_images").mkdir()
     units = (depth_m / 0.00025).astype(np.uint16)
     Image.fromarray(units).save(raw / "matterport_depth_images" / "abc_d1_4.png")
-    (truth,) = loaded(open_dataset(folder, Reading(images=tmp_path / "raw"), ALL)).values()
+    (ground_truth,) = loaded(
+        open_dataset(folder, ReadingOptions(images=tmp_path / "raw"), ALL)
+    ).values()
     rows, columns = np.mgrid[:64, :80]
     expected = (rows >= 32) & (columns >= 40) & (columns < 75)
-    np.testing.assert_array_equal(truth.visible_ground.mask, expected)
-    np.testing.assert_array_equal(truth.visible_ground.known, columns < 75)
-    np.testing.assert_allclose(truth.visible_depth_m[0], np.repeat([1, 2, 0], [40, 35, 5]))
+    np.testing.assert_array_equal(ground_truth.visible_ground.mask, expected)
+    np.testing.assert_array_equal(ground_truth.visible_ground.valid, columns < 75)
+    np.testing.assert_allclose(ground_truth.visible_depth_m[0], np.repeat([1, 2, 0], [40, 35, 5]))
 
 
 @pytest.fixture
@@ -168,13 +175,13 @@ def clip(tmp_path, camera, pose, floor_of):
 
 
 def test_a_clip_s_truth_is_what_the_whole_clip_saw(clip, camera, pose, floor_of):
-    dataset = open_dataset(clip, Reading(), ALL)
+    dataset = open_dataset(clip, ReadingOptions(), ALL)
     assert dataset.kind == "clip"
-    truths = loaded(dataset)
-    assert list(truths) == [f"walk/f{i}" for i in range(10)]
-    truth = truths["walk/f0"]
-    assert truth.image == clip / "images" / "f0.jpg"
-    assert truth.intrinsics == camera
+    ground_truths = loaded(dataset)
+    assert list(ground_truths) == [f"walk/f{i}" for i in range(10)]
+    ground_truth = ground_truths["walk/f0"]
+    assert ground_truth.image == clip / "images" / "f0.jpg"
+    assert ground_truth.intrinsics == camera
     points, floor_m = floor_of(pose(down_deg=35, x=-1.0))
     x, y = points[..., 0], points[..., 1]
 
@@ -182,22 +189,24 @@ def test_a_clip_s_truth_is_what_the_whole_clip_saw(clip, camera, pose, floor_of)
         return (np.abs(x) < 0.3 + margin_m) & (np.abs(y - 1.9) < 0.2 + margin_m)
 
     inside, around = crate(-0.06), crate(0.5) & ~crate(0.1)
-    assert truth.ground.known[inside].mean() > 0.95
-    assert not truth.ground.mask[inside].any()
-    known = truth.ground.known
-    assert truth.ground.mask[around & known].mean() > 0.99
-    assert known[around & (y < 2.1)].mean() > 0.99
-    hidden = around & known & (truth.visible_depth_m < floor_m - 0.1)
+    assert ground_truth.ground.valid[inside].mean() > 0.95
+    assert not ground_truth.ground.mask[inside].any()
+    valid = ground_truth.ground.valid
+    assert ground_truth.ground.mask[around & valid].mean() > 0.99
+    assert valid[around & (y < 2.1)].mean() > 0.99
+    hidden = around & valid & (ground_truth.visible_depth_m < floor_m - 0.1)
     assert hidden.sum() > 30  # this frame does not see it, others do
-    assert not truth.visible_ground.mask[hidden].any()
-    known_m = truth.ground_depth_m[truth.ground.mask]
-    np.testing.assert_allclose(known_m, floor_m[truth.ground.mask], rtol=1e-3)
-    assert (truth.ground_depth_m[~truth.ground.mask] == 0).all()
+    assert not ground_truth.visible_ground.mask[hidden].any()
+    known_m = ground_truth.ground_depth_m[ground_truth.ground.mask]
+    np.testing.assert_allclose(known_m, floor_m[ground_truth.ground.mask], rtol=1e-3)
+    assert (ground_truth.ground_depth_m[~ground_truth.ground.mask] == 0).all()
     # far away nobody saw anything; above the horizon is no ground
-    assert not truth.ground.known[(floor_m > 12)].any()
+    assert not ground_truth.ground.valid[(floor_m > 12)].any()
     above = floor_m == 0
-    assert truth.ground.known[above].all() and not truth.ground.mask[above].any()
-    np.testing.assert_array_equal(truth.region, convex_hull(truth.visible_ground.mask))
+    assert ground_truth.ground.valid[above].all() and not ground_truth.ground.mask[above].any()
+    np.testing.assert_array_equal(
+        ground_truth.region, convex_hull(ground_truth.visible_ground.mask)
+    )
 
 
 def test_labelled_photos_say_what_is_visible(tmp_path):
@@ -207,34 +216,34 @@ def test_labelled_photos_say_what_is_visible(tmp_path):
     ids = np.full(SIZE, 7, np.uint8)
     ids[40:, :50], ids[40:, 50:90], ids[40:, 90:] = 3, 4, 11
     Image.fromarray(ids).save(folder / "labels" / "a.png")
-    dataset = open_dataset(folder, Reading(walkable=(3, 4), void=(11,)), ALL)
-    truth = dataset.items[0].load()
-    np.testing.assert_array_equal(truth.visible_ground.mask, (ids == 3) | (ids == 4))
-    np.testing.assert_array_equal(truth.visible_ground.known, ids != 11)
-    assert truth.ground is None and truth.region is None
-    with pytest.raises(TruthError, match="--walkable"):
-        open_dataset(folder, Reading(), ALL)
+    dataset = open_dataset(folder, ReadingOptions(walkable=(3, 4), void=(11,)), ALL)
+    ground_truth = dataset.items[0].load()
+    np.testing.assert_array_equal(ground_truth.visible_ground.mask, (ids == 3) | (ids == 4))
+    np.testing.assert_array_equal(ground_truth.visible_ground.valid, ids != 11)
+    assert ground_truth.ground is None and ground_truth.region is None
+    with pytest.raises(GroundTruthError, match="--walkable"):
+        open_dataset(folder, ReadingOptions(), ALL)
 
 
 @pytest.mark.parametrize("kind", ["kitti", "matterport"])
 def test_truth_without_pictures_says_what_to_give(kind, kitti, matterport):
     folder = kitti if kind == "kitti" else matterport[0]
-    with pytest.raises(TruthError, match="--images"):
-        open_dataset(folder, Reading(), ALL)
+    with pytest.raises(GroundTruthError, match="--images"):
+        open_dataset(folder, ReadingOptions(), ALL)
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path):
-    with pytest.raises(TruthError, match=r"sequence\.json"):
-        open_dataset(tmp_path, Reading(), ALL)
-    with pytest.raises(TruthError, match="absent"):
-        open_dataset(tmp_path / "absent", Reading(), ALL)
+    with pytest.raises(GroundTruthError, match=r"sequence\.json"):
+        open_dataset(tmp_path, ReadingOptions(), ALL)
+    with pytest.raises(GroundTruthError, match="absent"):
+        open_dataset(tmp_path / "absent", ReadingOptions(), ALL)
 
 
 def test_folders_of_one_name_are_refused(clip, tmp_path):
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "walk").symlink_to(clip)
-    with pytest.raises(TruthError, match="walk"):
-        open_datasets([clip, clip], Reading(), ALL)
+    with pytest.raises(GroundTruthError, match="walk"):
+        open_datasets([clip, clip], ReadingOptions(), ALL)
 
 
 @pytest.mark.parametrize(
@@ -248,32 +257,34 @@ def test_folders_of_one_name_are_refused(clip, tmp_path):
     ],
 )
 def test_a_part_is_a_share_of_the_images(clip, text, every, expected):
-    dataset = open_dataset(clip, Reading(), Part.parse(text, every))
+    dataset = open_dataset(clip, ReadingOptions(), Subset.parse(text, every))
     assert [item.name for item in dataset.items] == [f"walk/f{i}" for i in expected]
 
 
 def test_the_parts_of_a_clip_share_no_frame(clip):
     for cut in (0.1, 0.33, 0.7, 0.8, 0.9):
-        parts = [open_dataset(clip, Reading(), Part.parse(t)) for t in (f"0:{cut}", f"{cut}:1")]
+        parts = [
+            open_dataset(clip, ReadingOptions(), Subset.parse(t)) for t in (f"0:{cut}", f"{cut}:1")
+        ]
         names = [item.name for part in parts for item in part.items]
         assert names == [f"walk/f{i}" for i in range(10)], cut
 
 
 @pytest.mark.parametrize("text", ["", "0.8", "1:0", "a:b", "0:2", "-1:1", "0.5:0.5"])
 def test_a_part_that_is_none_is_refused(text):
-    with pytest.raises(TruthError, match=r"0\.8:1"):
-        Part.parse(text)
+    with pytest.raises(GroundTruthError, match=r"0\.8:1"):
+        Subset.parse(text)
 
 
 def test_a_part_without_images_is_refused(clip):
-    with pytest.raises(TruthError, match="no image"):
-        open_dataset(clip, Reading(), Part.parse("0:0.01"))
+    with pytest.raises(GroundTruthError, match="no image"):
+        open_dataset(clip, ReadingOptions(), Subset.parse("0:0.01"))
 
 
 @pytest.mark.parametrize("name", ["hololens_office", "seven_scenes_kitchen"])
 def test_the_shared_clips_are_recognised(shared, name):
-    dataset = open_dataset(shared / "data" / name, Reading(), Part.parse("0.8:1"))
-    assert isinstance(dataset, Dataset)
+    dataset = open_dataset(shared / "data" / name, ReadingOptions(), Subset.parse("0.8:1"))
+    assert isinstance(dataset, EvaluationDataset)
     total = len(json.loads((shared / "data" / name / "sequence.json").read_text())["frames"])
     assert len(dataset.items) == math.ceil(total / 5)
 
@@ -287,8 +298,8 @@ def test_held_out_photos_are_those_that_training_holds_out(tmp_path):
             name = f"{drive}_{frame}"
             Image.new("RGB", (64, 32)).save(folder / "images" / f"{name}.jpg")
             Image.new("L", (64, 32)).save(folder / "labels" / f"{name}.png")
-    photos = Reading(walkable=(0,))
-    part = Part.parse("0:1", held_out=True)
+    photos = ReadingOptions(walkable=(0,))
+    part = Subset.parse("0:1", held_out=True)
     found = {item.name for item in open_dataset(folder, photos, part).items}
     trained_on = load_datasets(tmp_path)["idd_lite"].train
     names = {item.name for item in open_dataset(folder, photos, ALL).items}

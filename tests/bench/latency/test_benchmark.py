@@ -15,22 +15,27 @@ from PIL import Image
 from footprints_edge.model import load
 from footprints_edge_bench.engines import open_backend as opening
 from footprints_edge_bench.engines.backend import (
-    Contender,
+    Backend,
+    BackendSetting,
     EngineError,
-    Running,
-    Setting,
+    LoadedBackend,
     Spinning,
     counted,
 )
-from footprints_edge_bench.engines.open_backend import open_contender
-from footprints_edge_bench.latency.benchmark import LatencyError, contenders, made_images, run
+from footprints_edge_bench.engines.open_backend import open_backend
+from footprints_edge_bench.latency.benchmark import (
+    LatencyError,
+    run,
+    select_backends,
+    synthetic_images,
+)
 from footprints_edge_bench.latency.cold_start import ColdStartError, cold_start
 from footprints_edge_bench.latency.end_to_end import end_to_end
 from footprints_edge_bench.latency.machine import machine
 from footprints_edge_bench.latency.plot import draw
 from footprints_edge_bench.latency.tables import as_json, markdown
-from footprints_edge_bench.model_files.model_cache import NetworkFiles, part_of
-from footprints_edge_bench.model_files.synthetic_photos import made_jpeg, made_photo
+from footprints_edge_bench.model_files.model_cache import ModelCache, part_of
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_jpeg, synthetic_photo
 
 SIZE = (64, 96)
 HAS_OPENVINO = importlib.util.find_spec("openvino") is not None
@@ -49,7 +54,7 @@ def command(*arguments, cwd=None):
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cache")
-    return NetworkFiles(folder, folder / "no.pt")
+    return ModelCache(folder, folder / "no.pt")
 
 
 @pytest.fixture(scope="module")
@@ -57,13 +62,13 @@ def report(files):
     """The reference network, tiny, in all engines that are there; and an edge row that has no
     checkpoint to be made from."""
     rows = [
-        *contenders(
+        *select_backends(
             ["reference 64x96 onnxruntime", "torch fp32", "openvino fp32", "openvino int8"],
             sizes=[SIZE],
         )
     ]
     rows = [row for row in rows if row.precision != "int8-nncf" and not part_of(row.precision)]
-    return run(rows, Setting(files, 1), machine(), trials=2)
+    return run(rows, BackendSetting(files, 1), machine(), trials=2)
 
 
 def row_of(report, name):
@@ -71,10 +76,10 @@ def row_of(report, name):
 
 
 def test_a_part_is_compared_with_float32_of_the_same_part(tmp_path):
-    rows = contenders(["onnxruntime int8-depths"], sizes=[SIZE])
+    rows = select_backends(["onnxruntime int8-depths"], sizes=[SIZE])
     assert [row.network for row in rows] == ["edge", "reference"]
-    files = NetworkFiles(tmp_path, tmp_path / "no.pt")
-    report = run(rows, Setting(files, 1), machine(), trials=2)
+    files = ModelCache(tmp_path, tmp_path / "no.pt")
+    report = run(rows, BackendSetting(files, 1), machine(), trials=2)
     edge, reference = report.rows
     assert "no such checkpoint" in edge.reason
     assert reference.reason is None
@@ -86,7 +91,7 @@ def test_a_part_is_compared_with_float32_of_the_same_part(tmp_path):
 
 
 def test_the_edge_network_has_no_coarser_heads():
-    names = [row.name for row in contenders(["-scale"], sizes=[SIZE])]
+    names = [row.name for row in select_backends(["-scale"], sizes=[SIZE])]
     assert names and all(name.startswith("reference") for name in names)
 
 
@@ -132,7 +137,7 @@ def test_a_row_that_cannot_run_says_why(report):
 
 
 def test_every_two_rows_of_a_size_have_a_ratio(report):
-    names = [row.name for row in report.rows if row.contender.size == SIZE and row.summary]
+    names = [row.name for row in report.rows if row.backend.size == SIZE and row.summary]
     for name in names:
         assert set(report.ratios[name]) == set(names) - {name}
     first, second = names[:2]
@@ -177,7 +182,7 @@ def test_a_failed_making_leaves_nothing(tmp_path):
         (folder / "half").write_text("half")
         raise RuntimeError("no")
 
-    files = NetworkFiles(tmp_path)
+    files = ModelCache(tmp_path)
     with pytest.raises(RuntimeError, match="no"):
         files.kept("thing", {"a": 1}, fail)
     assert list(tmp_path.iterdir()) == []
@@ -189,9 +194,9 @@ def test_a_failed_making_leaves_nothing(tmp_path):
 
 @pytest.mark.parametrize("spinning", Spinning)
 def test_the_way_of_waiting_changes_no_map(green_is_ground, files, spinning):
-    row = Contender(str(green_is_ground), (32, 64), "onnxruntime", "fp32")
-    running = open_contender(row, Setting(files, 1, spinning))
-    image = made_images((32, 64))[0]
+    row = Backend(str(green_is_ground), (32, 64), "onnxruntime", "fp32")
+    running = open_backend(row, BackendSetting(files, 1, spinning))
+    image = synthetic_images((32, 64))[0]
     np.testing.assert_array_equal(running.run(image), load(green_is_ground).engine.run(image))
 
 
@@ -200,20 +205,20 @@ def test_a_package_that_is_missing_is_named(files, monkeypatch):
         raise ModuleNotFoundError("No module named 'fast_engine'", name="fast_engine")
 
     monkeypatch.setattr(opening, "import_module", lambda _: SimpleNamespace(open_with=missing))
-    row = Contender("edge", (256, 448), "ncnn", "fp32")
+    row = Backend("edge", (256, 448), "ncnn", "fp32")
     with pytest.raises(EngineError, match=r"fast_engine.*peers"):
-        open_contender(row, Setting(files, 1))
+        open_backend(row, BackendSetting(files, 1))
 
 
 def test_maps_that_are_no_numbers_are_refused(files, monkeypatch):
     maps = np.full((1, 4, 256, 448), np.nan, np.float32)
 
     def broken(*_):
-        return Running(lambda _: maps, "float32", None)
+        return LoadedBackend(lambda _: maps, "float32", None)
 
     monkeypatch.setattr(opening, "import_module", lambda _: SimpleNamespace(open_with=broken))
     with pytest.raises(EngineError, match="not finite"):
-        open_contender(Contender("edge", (256, 448), "ncnn", "fp32"), Setting(files, 1))
+        open_backend(Backend("edge", (256, 448), "ncnn", "fp32"), BackendSetting(files, 1))
 
 
 def test_precisions_are_counted_most_first():
@@ -222,7 +227,7 @@ def test_precisions_are_counted_most_first():
 
 
 def test_only_takes_rows_by_their_names():
-    names = [row.name for row in contenders(["192x640 openvino"])]
+    names = [row.name for row in select_backends(["192x640 openvino"])]
     assert names == [
         "reference 192x640 openvino fp32",
         "reference 192x640 openvino bf16",
@@ -230,13 +235,15 @@ def test_only_takes_rows_by_their_names():
         "reference 192x640 openvino int8-nncf",
     ]
     with pytest.raises(LatencyError, match="fits no row"):
-        contenders(["nonsense"])
+        select_backends(["nonsense"])
 
 
 def test_made_photos_are_seeded_and_differ():
-    np.testing.assert_array_equal(made_photo((48, 64), 1), made_photo((48, 64), 1))
-    assert np.abs(made_photo((48, 64), 1).astype(int) - made_photo((48, 64), 2)).mean() > 10
-    assert made_jpeg((48, 64))[:2] == b"\xff\xd8"
+    np.testing.assert_array_equal(synthetic_photo((48, 64), 1), synthetic_photo((48, 64), 1))
+    assert (
+        np.abs(synthetic_photo((48, 64), 1).astype(int) - synthetic_photo((48, 64), 2)).mean() > 10
+    )
+    assert synthetic_jpeg((48, 64))[:2] == b"\xff\xd8"
 
 
 def test_the_stages_of_the_whole_frame_add_up(green_is_ground):

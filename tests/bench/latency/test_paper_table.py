@@ -5,11 +5,11 @@ import re
 
 import pytest
 
-from footprints_edge_bench.engines.backend import Setting
+from footprints_edge_bench.engines.backend import BackendSetting
 from footprints_edge_bench.latency import paper_table as module
 from footprints_edge_bench.latency.machine import machine
 from footprints_edge_bench.latency.paper_table import PAPER, speed_table
-from footprints_edge_bench.model_files.model_cache import NetworkFiles
+from footprints_edge_bench.model_files.model_cache import ModelCache
 
 
 def test_the_quoted_rows_are_the_papers(shared):
@@ -31,7 +31,7 @@ def measured(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "OURS", (("edge", "onnxruntime", "int8"), ("edge", "torch", "fp32")))
-        setting = Setting(NetworkFiles(folder, folder / "no.pt"), 1)
+        setting = BackendSetting(ModelCache(folder, folder / "no.pt"), 1)
         return speed_table(setting, machine(), 2, ["handheld"])
 
 

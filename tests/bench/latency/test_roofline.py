@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from footprints_edge_bench.engines.backend import Contender
+from footprints_edge_bench.engines.backend import Backend
 from footprints_edge_bench.engines.ort_profile import Operator, convolutions, operators, profile
 from footprints_edge_bench.latency.machine import machine
 from footprints_edge_bench.latency.roofline import peak_gmac_s, roofline, under_roof
-from footprints_edge_bench.model_files.model_cache import NetworkFiles
+from footprints_edge_bench.model_files.model_cache import ModelCache
 
 
 def event(name, kind, start_us, spent_us, inputs, output):
@@ -81,8 +81,8 @@ def test_the_peak_is_a_rate():
 
 
 def test_a_tiny_roofline_from_end_to_end(green_is_ground, tmp_path):
-    row = Contender(str(green_is_ground), (32, 64), "onnxruntime", "fp32")
-    found = roofline([row], NetworkFiles(tmp_path), machine(), threads=1, trials=2, side=64)
+    row = Backend(str(green_is_ground), (32, 64), "onnxruntime", "fp32")
+    found = roofline([row], ModelCache(tmp_path), machine(), threads=1, trials=2, side=64)
     (network,) = found.networks
     assert network.ms > 0
     assert network.least_ms > 0

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from footprints_edge_bench.cli import app
-from footprints_edge_bench.ground_truth.base import KnownMask, Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth, LabelledMask
 from footprints_edge_bench.navigation.path_planning import judge_route, random_ends
 
 pytest.importorskip("skimage")
@@ -16,13 +16,13 @@ pytest.importorskip("skimage")
 SIZE = (20, 30)
 
 
-def truth_of(ground, visible, known=None):
+def truth_of(ground, visible, valid=None):
     everywhere = np.ones(SIZE, bool)
-    return Truth(
+    return GroundTruth(
         Path("none.jpg"),
         SIZE,
-        visible_ground=KnownMask(visible, everywhere),
-        ground=KnownMask(ground, everywhere if known is None else known),
+        visible_ground=LabelledMask(visible, everywhere),
+        ground=LabelledMask(ground, everywhere if valid is None else valid),
     )
 
 
@@ -33,9 +33,9 @@ def corridor():
     ground[5:15] = True
     visible = ground.copy()
     visible[:, 20:] = False
-    known = np.ones(SIZE, bool)
-    known[:2] = False
-    return truth_of(ground, visible, known)
+    valid = np.ones(SIZE, bool)
+    valid[:2] = False
+    return truth_of(ground, visible, valid)
 
 
 def test_paths_go_from_visible_to_hidden_ground(corridor):
@@ -52,7 +52,7 @@ def test_paths_go_from_visible_to_hidden_ground(corridor):
 def test_without_hidden_ground_there_is_no_path(corridor):
     seen = truth_of(corridor.ground.mask, corridor.ground.mask)
     assert list(random_ends(seen, 5, np.random.default_rng(0))) == []
-    unknown = Truth(Path("none.jpg"), SIZE, ground=corridor.ground)
+    unknown = GroundTruth(Path("none.jpg"), SIZE, ground=corridor.ground)
     assert list(random_ends(unknown, 5, np.random.default_rng(0))) == []
 
 
