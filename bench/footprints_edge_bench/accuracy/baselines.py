@@ -1,6 +1,6 @@
 """The paper's baselines (section "Experiments", "Baselines"), one row of its tables each.
 
-Where a baseline starts from visible ground or depth, these are the first model's predictions.
+Baselines that start from visible ground or depth use the predictions of the first model.
 """
 
 import zlib
@@ -25,18 +25,18 @@ VISIBLE, RANSAC, ORACLE = "Visible ground", "RANSAC plane", "RANSAC (oracle) ‡
 BASELINES = (
     *(NOTHING, EVERYTHING, HULL, BOXES, VOXELS, VOXELS_PLUS, PROJECT_DOWN, VISIBLE, RANSAC, ORACLE),
 )
-"""All rows, in the order of the tables."""
+"""All baselines, in the order of the tables."""
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What a method says of an image; None where it says nothing. All maps are (H, W).
+    """What a method predicts for an image; None for maps it does not have. All maps are (H, W).
 
     Attributes:
         ground: the paper's S*.
-        ground_depth_m: metres, where ground is or would be: D*.
+        ground_depth_m: the paper's D*, metres, also where there is no ground.
         visible_ground: the paper's S.
-        visible_depth_m: metres: D.
+        visible_depth_m: the paper's D, metres.
     """
 
     ground: Mask | None = None
@@ -46,7 +46,7 @@ class Estimate:
 
 
 def estimate_of(prediction: Prediction, size: Size) -> Estimate:
-    """A model's own row, at the ground truth's size (H, W)."""
+    """The estimate of a model, at the size (H, W) of the ground truth."""
     at_size = prediction.at_size(size)
     return Estimate(
         at_size.ground,
@@ -63,13 +63,13 @@ def baselines(
     boxes: tuple[Box, ...] | None,
     voxels: VoxelGrid | None,
 ) -> Iterator[tuple[str, Estimate]]:
-    """Every baseline that can be computed for an image, by the name of its row.
+    """Every baseline that can be computed for an image, with the name of its row.
 
     Args:
-        prediction: the first model's, at its own size.
-        ground_truth: of the image.
-        name: of the image; seeds what is random.
-        boxes: things in the image, if known.
+        prediction: prediction of the first model, at its own size.
+        ground_truth: the ground truth of the image.
+        name: name of the image; it seeds random baselines.
+        boxes: objects in the image, if known.
         voxels: the scene in voxels, if known.
     """
     at_size = prediction.at_size(ground_truth.size)
@@ -109,7 +109,7 @@ def baselines(
 
 
 def without_footprints(ground: Mask, boxes: tuple[Box, ...], intrinsics: Intrinsics) -> Mask:
-    """Ground (H, W) less what boxes stand on: the paper's "3D bounding boxes"."""
+    """Ground (H, W) without the footprints of boxes: the paper's "3D bounding boxes"."""
     left = ground.copy()
     for box in boxes:
         left &= ~box.footprint(intrinsics, (ground.shape[0], ground.shape[1]))
@@ -117,11 +117,11 @@ def without_footprints(ground: Mask, boxes: tuple[Box, ...], intrinsics: Intrins
 
 
 def projected_down(prediction: Prediction, size: Size, seed: int) -> Mask:
-    """Pixels (H, W) whose ground something stands on, by the visible depth alone: "Project down".
+    """Footprint mask (H, W) from the visible depth alone: "Project down".
 
-    The paper trains a classifier to predict them from labels that depth gives ("depth masking").
-    Here the same construction runs on the model's own predicted depth, at the network's size;
-    large regions are dropped, as they are from the labels.
+    The paper makes such masks from depth ("depth masking") and trains a classifier on them. Here
+    the same construction runs on the model's own predicted depth, at the network's size. Large
+    regions are dropped, as they are from training labels.
     """
     from PIL import Image
 
@@ -143,14 +143,14 @@ def projected_down(prediction: Prediction, size: Size, seed: int) -> Mask:
 def ransac_depth_m(
     depth_m: Floats, ground: Mask, intrinsics: Intrinsics, size: Size, seed: int
 ) -> Floats | None:
-    """Depth at which each ray meets the plane that ground pixels lie on: "RANSAC plane".
+    """Depth at which each ray meets the plane through the ground pixels: "RANSAC plane".
 
     Args:
         depth_m: float32 (h, w), metres, 0 where unknown.
-        ground: bool (h, w), the pixels that the plane is fitted to.
+        ground: bool (h, w), the pixels to fit the plane to.
         intrinsics: the camera in pixels of (h, w).
         size: (H, W) of the result.
-        seed: of the fit.
+        seed: seed of the fit.
 
     Returns:
         float32 (H, W), metres, infinite where a ray never meets it; None if no plane can be

@@ -1,19 +1,19 @@
-"""LiteRT with its XNNPACK kernels, float32, converted by its own litert-torch."""
+"""LiteRT with its XNNPACK kernels, float32, converted by litert-torch."""
 
 from pathlib import Path
 
 from footprints_edge.foundation.types import Floats, Rgb
 from footprints_edge_bench.engines.backend import (
     Backend,
+    BackendError,
     BackendSetting,
-    EngineError,
     LoadedBackend,
-    counted,
+    describe_precisions,
 )
 
 
 def open_with(backend: Backend, setting: BackendSetting) -> LoadedBackend:
-    """Loads a contender; its precision is that of its convolutions' outputs."""
+    """Loads a backend; its precision is that of the outputs of its convolutions."""
     from ai_edge_litert.interpreter import Interpreter
 
     path = _converted(backend, setting)
@@ -33,22 +33,22 @@ def open_with(backend: Backend, setting: BackendSetting) -> LoadedBackend:
         if operator["op_name"] in ("CONV_2D", "DEPTHWISE_CONV_2D"):
             kind = tensors[operator["outputs"][0]]["dtype"].__name__
             kinds[kind] = kinds.get(kind, 0) + 1
-    return LoadedBackend(run, counted(kinds), path.stat().st_size)
+    return LoadedBackend(run, describe_precisions(kinds), path.stat().st_size)
 
 
 def _converted(backend: Backend, setting: BackendSetting) -> Path:
     try:
         import litert_torch
     except ModuleNotFoundError as error:
-        raise EngineError(
+        raise BackendError(
             "converting the network needs litert-torch, whose requirements conflict with those of "
-            "our own tests: no extra brings it; pip install litert-torch in another environment"
+            "our tests, so no extra installs it; pip install litert-torch in another environment"
         ) from error
     import torch
 
     from footprints_edge_models.networks.channels import raw_to_maps
 
-    network = setting.files.network(backend.network)
+    network = setting.cache.network(backend.network)
 
     class WithMaps(torch.nn.Module):
         def __init__(self) -> None:
@@ -62,9 +62,9 @@ def _converted(backend: Backend, setting: BackendSetting) -> Path:
         example = (torch.zeros(1, *backend.size, 3, dtype=torch.uint8),)
         litert_torch.convert(WithMaps().eval(), example).export(str(folder / "network.tflite"))
 
-    made = setting.files.kept(
+    made = setting.cache.kept(
         f"{backend.network}-{backend.size[0]}x{backend.size[1]}-litert",
-        {"weights": setting.files.weights_sha256(backend.network), "size": backend.size},
+        {"weights": setting.cache.weights_sha256(backend.network), "size": backend.size},
         make,
     )
     return made / "network.tflite"

@@ -1,4 +1,4 @@
-"""ncnn, float32, converted by its own pnnx."""
+"""ncnn, float32, converted by pnnx."""
 
 import subprocess
 from pathlib import Path
@@ -8,14 +8,14 @@ import numpy as np
 from footprints_edge.foundation.types import Floats, Rgb
 from footprints_edge_bench.engines.backend import (
     Backend,
+    BackendError,
     BackendSetting,
-    EngineError,
     LoadedBackend,
 )
 
 
 def open_with(backend: Backend, setting: BackendSetting) -> LoadedBackend:
-    """Loads a contender; ncnn does not tell per operator, its options say what it computes in."""
+    """Loads a backend; ncnn reports no precision per operator, so it is taken from the options."""
     import ncnn
 
     folder = _converted(backend, setting)
@@ -26,7 +26,7 @@ def open_with(backend: Backend, setting: BackendSetting) -> LoadedBackend:
     net.opt.use_fp16_packed = net.opt.use_fp16_storage = net.opt.use_fp16_arithmetic = False
     net.opt.use_bf16_storage = False
     if net.load_param(str(param)) or net.load_model(str(weights)):
-        raise EngineError(f"ncnn does not load what pnnx made of {backend.network}")
+        raise BackendError(f"ncnn cannot load the files that pnnx made of {backend.network}")
     height, width = backend.size
 
     def run(image: Rgb) -> Floats:
@@ -38,7 +38,7 @@ def open_with(backend: Backend, setting: BackendSetting) -> LoadedBackend:
         extractor.input("in0", frame)
         failed, maps = extractor.extract("out0")
         if failed:
-            raise EngineError(f"ncnn failed on {backend.name}: code {failed}")
+            raise BackendError(f"ncnn failed on {backend.name}: code {failed}")
         return np.array(maps)[None]
 
     convolutions = sum(line.startswith("Convolution") for line in param.read_text().splitlines())
@@ -55,7 +55,7 @@ def _converted(backend: Backend, setting: BackendSetting) -> Path:
 
     from footprints_edge_models.networks.channels import raw_to_maps
 
-    network = setting.files.network(backend.network)
+    network = setting.cache.network(backend.network)
     height, width = backend.size
 
     class WithMaps(torch.nn.Module):
@@ -73,10 +73,10 @@ def _converted(backend: Backend, setting: BackendSetting) -> Path:
         command = [pnnx.EXEC_PATH, "network.pt", f"inputshape=[1,3,{height},{width}]", "fp16=0"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if not (folder / "network.ncnn.param").is_file():
-            raise EngineError(f"pnnx made no ncnn files of {backend.network}: {done.stderr}")
+            raise BackendError(f"pnnx made no ncnn files of {backend.network}: {done.stderr}")
 
-    return setting.files.kept(
+    return setting.cache.kept(
         f"{backend.network}-{height}x{width}-ncnn",
-        {"weights": setting.files.weights_sha256(backend.network), "size": backend.size},
+        {"weights": setting.cache.weights_sha256(backend.network), "size": backend.size},
         make,
     )

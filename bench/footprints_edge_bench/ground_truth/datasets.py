@@ -1,9 +1,9 @@
-"""Which folder holds which kind of ground truth, and the part of it that is asked for.
+"""Opens datasets: which reader a folder needs, and which of its images to use.
 
-To add a kind, write a reader that yields the items of a folder and name it in ``KINDS``.
+To add a kind of dataset, write a reader that yields the items of a folder and add it to ``KINDS``.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -18,10 +18,10 @@ from footprints_edge_bench.ground_truth.scenes import is_scene_folder, read_scen
 
 @dataclass(frozen=True)
 class ReadingOptions:
-    """What a reader may need to know beside the folder.
+    """Facts that some readers need in addition to the folder.
 
     Attributes:
-        images: where the pictures are, if elsewhere.
+        images: where the images are, if they are elsewhere.
         walkable: class ids of ground, for labelled photos.
         void: class ids that are not scored.
     """
@@ -33,7 +33,12 @@ class ReadingOptions:
 
 @dataclass(frozen=True)
 class DatasetKind:
-    """A kind of ground truth: whether a folder holds it, and its items with names unique in the folder."""
+    """A kind of dataset.
+
+    Attributes:
+        recognises: whether a folder is of this kind, by the files in it.
+        read: yields the items of a folder; their names are unique in the folder.
+    """
 
     recognises: Callable[[Path], bool]
     read: Callable[[Path, ReadingOptions], Iterator[Item]]
@@ -52,18 +57,18 @@ KINDS: dict[str, DatasetKind] = {
         is_photo_folder, lambda folder, reading: read_photos(folder, reading.walkable, reading.void)
     ),
 }
-"""By name; the first that recognises a folder reads it (clips may have labels as photos do)."""
+"""By name. The first kind that recognises a folder reads it, since clips may have labels too."""
 
 
 @dataclass(frozen=True)
 class Subset:
-    """Which images of each dataset are scored.
+    """The images of each dataset that are used.
 
     Attributes:
-        begin: the first one, as a share of all.
-        end: the one after the last, likewise.
-        every: every so manieth of these.
-        held_out: only those that ``fp-train edge`` holds out of a dataset that it knows by name.
+        begin: start, as a share of all images.
+        end: end (exclusive), as a share of all images.
+        every: use every Nth image between them.
+        held_out: use only images that ``fp-train edge`` holds out of datasets it knows by name.
     """
 
     begin: Fraction = Fraction(0)
@@ -76,19 +81,26 @@ class Subset:
         """From text such as ``0.8:1``, the last fifth.
 
         Raises:
-            GroundTruthError: the text is something else.
+            GroundTruthError: the text is not a range of shares.
         """
         begin, colon, end = text.partition(":")
         try:
-            part = cls(Fraction(begin or 0), Fraction(end or 1), every, held_out)
+            subset = cls(Fraction(begin or 0), Fraction(end or 1), every, held_out)
         except (ValueError, ZeroDivisionError):
             colon = ""
-        if not colon or not 0 <= part.begin < part.end <= 1:
-            raise GroundTruthError(f"a part {text!r}: give shares of the images, such as 0.8:1")
-        return part
+        if not colon or not 0 <= subset.begin < subset.end <= 1:
+            raise GroundTruthError(
+                f"{text!r} is not a part of a dataset; give two shares of its images, such as 0.8:1"
+            )
+        return subset
+
+    @property
+    def shares(self) -> str:
+        """Begin and end as text, such as ``0.8:1``."""
+        return f"{float(self.begin):g}:{float(self.end):g}"
 
     def of(self, dataset: str, items: tuple[Item, ...]) -> tuple[Item, ...]:
-        """The items of this part of a dataset."""
+        """The items of this subset of a dataset."""
         if self.held_out:
             from footprints_edge_models.data.datasets import held_out
 
@@ -97,11 +109,11 @@ class Subset:
         return items[begin : end : self.every]
 
 
-def open_dataset(folder: Path, reading: ReadingOptions, part: Subset) -> EvaluationDataset:
-    """The images of a folder that are asked for; their ground truth is read later.
+def open_dataset(folder: Path, reading: ReadingOptions, subset: Subset) -> EvaluationDataset:
+    """The images of a folder that are in the subset; no ground truth is read yet.
 
     Raises:
-        GroundTruthError: the folder holds no ground truth of a known kind, or no image is left.
+        GroundTruthError: the folder is of no known kind, or the subset is empty.
     """
     for name, kind in KINDS.items():
         if folder.is_dir() and kind.recognises(folder):
@@ -109,25 +121,29 @@ def open_dataset(folder: Path, reading: ReadingOptions, part: Subset) -> Evaluat
             named = (
                 replace(item, name=f"{title}/{item.name}") for item in kind.read(folder, reading)
             )
-            items = part.of(title, tuple(named))
+            items = subset.of(title, tuple(named))
             if not items:
-                raise GroundTruthError(f"{folder}: no image is left in the part that is asked for")
+                raise GroundTruthError(
+                    f"{folder}: no image is left in the requested part; widen --frames, or lower "
+                    "--every"
+                )
             return EvaluationDataset(title, name, items)
     raise GroundTruthError(
-        f"{folder}: no ground truth of a known kind; it needs sequence.json, scenes.json, *_combined.png "
-        "(KITTI), *_groundtruth.npy (Matterport), or images/ and labels/ (docs/accuracy.md)"
+        f"{folder}: not a dataset with ground truth; it needs sequence.json (clip), scenes.json "
+        "(synthetic scenes), *_combined.png (KITTI), *_groundtruth.npy (Matterport), or images/ "
+        "and labels/ (photos); see docs/accuracy.md"
     )
 
 
 def open_datasets(
-    folders: list[Path], reading: ReadingOptions, part: Subset
+    folders: Sequence[Path], reading: ReadingOptions, subset: Subset
 ) -> tuple[EvaluationDataset, ...]:
-    """The images of several folders.
+    """The images of several folders that are in the subset.
 
     Raises:
-        GroundTruthError: as :func:`open_dataset`, or two folders have one name.
+        GroundTruthError: see :func:`open_dataset`; or two folders have the same name.
     """
-    datasets = tuple(open_dataset(folder, reading, part) for folder in folders)
+    datasets = tuple(open_dataset(folder, reading, subset) for folder in folders)
     names = [dataset.name for dataset in datasets]
     if twins := sorted({name for name in names if names.count(name) > 1}):
         raise GroundTruthError(

@@ -1,4 +1,4 @@
-"""Ground truth of labelled photos: what a person drew as walkable; nothing of what is hidden."""
+"""Labelled photos: people drew the walkable surface that is visible; nothing hidden is known."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -13,7 +13,7 @@ from footprints_edge_bench.ground_truth.base import (
     Item,
     LabelledMask,
 )
-from footprints_edge_bench.ground_truth.pictures import picture_named
+from footprints_edge_bench.ground_truth.image_files import image_named
 
 
 def is_photo_folder(folder: Path) -> bool:
@@ -22,10 +22,10 @@ def is_photo_folder(folder: Path) -> bool:
 
 
 def read_photos(folder: Path, walkable: tuple[int, ...], void: tuple[int, ...]) -> Iterator[Item]:
-    """Photos of ``images/`` with class ids of the same name in ``labels/*.png``.
+    """Photos in ``images/`` with class ids of the same name in ``labels/*.png``.
 
     Args:
-        folder: with both.
+        folder: holds both folders.
         walkable: class ids of ground.
         void: class ids that are not scored.
 
@@ -34,27 +34,26 @@ def read_photos(folder: Path, walkable: tuple[int, ...], void: tuple[int, ...]) 
     """
     if not walkable:
         raise GroundTruthError(
-            f"{folder} holds labelled photos; say which class ids are ground, such as "
-            "--walkable 3,4, and which say nothing, such as --void 11"
+            f"{folder} holds labelled photos; name the class ids of ground, such as "
+            "--walkable 3,4, and those that are not scored, such as --void 11"
         )
     labels = sorted((folder / "labels").glob("*.png"))
     if not labels:
-        raise GroundTruthError(f"{folder / 'labels'}: no label pictures (PNG) there")
+        raise GroundTruthError(f"{folder / 'labels'}: no label images; add PNGs of class ids")
     for path in labels:
-        yield Item(path.stem, partial(_load, folder, path, walkable, void))
+        yield Item(path.stem, partial(_load, folder, path, walkable, void), (path,))
 
 
 def _load(
     folder: Path, path: Path, walkable: tuple[int, ...], void: tuple[int, ...]
 ) -> GroundTruth:
-    image = picture_named(folder / "images", path.stem)
+    image = image_named(folder / "images", path.stem)
     ids = np.asarray(Image.open(path))
     if ids.ndim != 2:
         raise GroundTruthError(
-            f"{path}: class ids in one channel are needed, not shape {ids.shape}"
+            f"{path}: labels have shape {ids.shape}; save class ids in one channel"
         )
     valid = ~np.isin(ids, void)
     mask = np.isin(ids, walkable) & valid
-    return GroundTruth(
-        image, (ids.shape[0], ids.shape[1]), visible_ground=LabelledMask(mask, valid)
-    )
+    size = (ids.shape[0], ids.shape[1])
+    return GroundTruth(image, size, visible_ground=LabelledMask(mask, valid))

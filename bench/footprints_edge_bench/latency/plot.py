@@ -1,9 +1,9 @@
-"""Latency against accuracy, as a picture."""
+"""Plot of latency against accuracy."""
 
 from pathlib import Path
 from typing import Any
 
-from footprints_edge_bench.latency.benchmark import LatencyReport, LatencyRow
+from footprints_edge_bench.latency.report import LatencyReport, LatencyRow
 
 _COLOURS = {
     "onnxruntime": "#1b6ca8",
@@ -23,10 +23,10 @@ _MARKERS = {
 
 
 def draw(report: LatencyReport, path: Path) -> None:
-    """Draws the rows that ran, one panel a network and size, as PNG.
+    """Draws the rows that ran, one panel per network and size, as PNG.
 
-    Across: median time, logarithmic. Up: how far the maps are from float32, as mean relative
-    error of the depth of what is seen; the lower left corner is best.
+    The x axis is the median time, logarithmic. The y axis is the mean relative error of the visible
+    depth against float32. The lower left corner is best.
     """
     from matplotlib.figure import Figure
 
@@ -61,7 +61,7 @@ def draw(report: LatencyReport, path: Path) -> None:
         axes.set_yscale("symlog", linthresh=0.001)
         axes.set_ylim(-0.0005, 30)
         axes.set_title(title, fontsize=10)
-        axes.set_xlabel("median ms a frame (bar: fastest to 90th percentile)", fontsize=8)
+        axes.set_xlabel("median ms per frame (bar: fastest to 90th percentile)", fontsize=8)
         if index == 0:
             axes.set_ylabel("depth error against float32, %", fontsize=8)
         axes.grid(visible=True, which="both", alpha=0.25)

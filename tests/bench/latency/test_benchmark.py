@@ -16,11 +16,11 @@ from footprints_edge.model import load
 from footprints_edge_bench.engines import open_backend as opening
 from footprints_edge_bench.engines.backend import (
     Backend,
+    BackendError,
     BackendSetting,
-    EngineError,
     LoadedBackend,
     Spinning,
-    counted,
+    describe_precisions,
 )
 from footprints_edge_bench.engines.open_backend import open_backend
 from footprints_edge_bench.latency.benchmark import (
@@ -206,7 +206,7 @@ def test_a_package_that_is_missing_is_named(files, monkeypatch):
 
     monkeypatch.setattr(opening, "import_module", lambda _: SimpleNamespace(open_with=missing))
     row = Backend("edge", (256, 448), "ncnn", "fp32")
-    with pytest.raises(EngineError, match=r"fast_engine.*peers"):
+    with pytest.raises(BackendError, match=r"fast_engine.*peers"):
         open_backend(row, BackendSetting(files, 1))
 
 
@@ -217,13 +217,13 @@ def test_maps_that_are_no_numbers_are_refused(files, monkeypatch):
         return LoadedBackend(lambda _: maps, "float32", None)
 
     monkeypatch.setattr(opening, "import_module", lambda _: SimpleNamespace(open_with=broken))
-    with pytest.raises(EngineError, match="not finite"):
+    with pytest.raises(BackendError, match="not finite"):
         open_backend(Backend("edge", (256, 448), "ncnn", "fp32"), BackendSetting(files, 1))
 
 
 def test_precisions_are_counted_most_first():
-    assert counted({"float32": 4, "int8": 52}) == "int8 (52 convolutions; float32 4)"
-    assert counted({"float32": 4}) == "float32 (4 convolutions)"
+    assert describe_precisions({"float32": 4, "int8": 52}) == "int8 (52 convolutions; float32 4)"
+    assert describe_precisions({"float32": 4}) == "float32 (4 convolutions)"
 
 
 def test_only_takes_rows_by_their_names():

@@ -1,4 +1,4 @@
-"""Multiply-additions counted against closed forms, and networks under their roof."""
+"""Multiply-additions describe_precisions against closed forms, and networks under their roof."""
 
 import json
 

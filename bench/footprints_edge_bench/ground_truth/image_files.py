@@ -1,4 +1,4 @@
-"""Finding the picture that belongs to a ground truth file."""
+"""Finds the image that belongs to a ground-truth file."""
 
 from pathlib import Path
 
@@ -6,8 +6,8 @@ from footprints_edge.cli.sources import SUFFIXES
 from footprints_edge_bench.ground_truth.base import GroundTruthError
 
 
-def picture_named(folder: Path, stem: str) -> Path:
-    """The picture in a folder with a name, whatever its format.
+def image_named(folder: Path, stem: str) -> Path:
+    """The image with a name in a folder, whatever its format.
 
     Raises:
         GroundTruthError: there is none.
@@ -15,4 +15,4 @@ def picture_named(folder: Path, stem: str) -> Path:
     for path in sorted(folder.glob(f"{stem}.*")):
         if path.suffix.lower() in SUFFIXES:
             return path
-    raise GroundTruthError(f"{folder}: no picture named {stem}; put it there, as .jpg or .png")
+    raise GroundTruthError(f"{folder}: no image named {stem}; add it, as .jpg or .png")

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
+from footprints_edge_bench.latency.reduced_decoding import as_markdown, effect
 
 from footprints_edge.model import load
-from footprints_edge_bench.latency.reduced_decoding import as_markdown, effect
 
 ROOM = Path(__file__).resolve().parents[3] / "examples" / "room.jpg"
 
