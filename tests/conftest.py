@@ -2,11 +2,14 @@
 
 import importlib.util
 import json
+import platform
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import settings
+
+from footprints_edge.cli.doctor import cpu_flags
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
@@ -20,6 +23,14 @@ def shared() -> Path:
     if not (SHARED / "fixtures" / "reference").is_dir():
         pytest.skip("no ../shared beside this checkout: its fixtures are not part of the clone")
     return SHARED
+
+
+@pytest.fixture(scope="session")
+def exact_int8() -> None:
+    """Skips on x86 without VNNI, where products of full-range int8 weights saturate."""
+    flags = cpu_flags()
+    if platform.machine() in {"x86_64", "AMD64"} and not flags & {"avx512_vnni", "avx_vnni"}:
+        pytest.skip("this processor has no VNNI: full-range int8 weights saturate on it")
 
 
 @pytest.fixture(scope="session")

@@ -13,6 +13,28 @@ PACKAGES = {
     "footprints_edge_bench": CHECKOUT / "bench",
 }
 
+ORDER = {
+    "footprints_edge": (
+        "errors",
+        "foundation",
+        "geometry",
+        "inputs",
+        "model_files",
+        "engines",
+        "maps",
+        "navigation",
+        "drawing",
+        "outputs",
+        "video",
+        "prediction",
+        "model",
+        "__init__",
+        "cli",
+        "__main__",
+    ),
+}
+"""The parts of each package, lowest first: each imports only itself and what stands before it."""
+
 
 def files(package):
     found = sorted((PACKAGES[package] / package).rglob("*.py"))
@@ -147,11 +169,42 @@ def test_a_cycle_would_be_found():
     assert cycle({"a": {"b", "c"}, "b": {"c"}, "c": set()}) is None
 
 
+def part_of(module, package):
+    """The folder, or the file at the top, that a module belongs to."""
+    below = module.removeprefix(package).lstrip(".")
+    return below.split(".")[0] or "__init__"
+
+
+def climbs(package):
+    """Imports of a lower part from a higher one, those inside functions and for types included."""
+    rank = {part: place for place, part in enumerate(ORDER[package])}
+    for path, name in imports(package):
+        if name.split(".")[0] != package or name == package:
+            continue
+        this, other = (part_of(each, package) for each in (module_name(path, package), name))
+        if other in rank and rank[other] > rank[this]:
+            yield f"{path.relative_to(CHECKOUT)} imports {name}"
+
+
+@pytest.mark.parametrize("package", ORDER)
+def test_the_order_names_every_folder_and_file_at_the_top(package):
+    root = PACKAGES[package] / package
+    parts = {path.stem for path in root.glob("*.py")}
+    parts |= {path.name for path in root.iterdir() if (path / "__init__.py").is_file()}
+    assert parts == set(ORDER[package])
+
+
+@pytest.mark.parametrize("package", ORDER)
+def test_no_part_imports_a_higher_one(package):
+    assert sorted(climbs(package)) == []
+
+
 @pytest.mark.parametrize("package", PACKAGES)
 def test_no_module_imports_itself_in_a_circle(package):
+    """Imports inside functions count: they are arrows of the architecture as well."""
     modules = {module_name(path, package) for path in files(package)}
     graph = {name: set() for name in modules}
-    for path, name in imports(package, at_import_only=True):
+    for path, name in imports(package):
         this = module_name(path, package)
         # `import a.b` and `from a import b` run a's __init__ too; that of the package itself
         # has begun before any of its modules does.

@@ -12,76 +12,55 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from footprints_edge.errors import (
-        FootprintsError,
-        GroundPlaneError,
-        ImageError,
-        IntrinsicsError,
-        MissingMapError,
-        ModelError,
-        NoPathError,
-        OffGroundError,
-        OutputError,
-        OutsideError,
-        PlanningError,
-        VideoError,
-    )
-    from footprints_edge.foundation.version import __version__
-    from footprints_edge.geometry.camera import Intrinsics
-    from footprints_edge.geometry.ground_plane import GroundPlane
-    from footprints_edge.model import Model, load
-    from footprints_edge.navigation.occupancy_grid import OccupancyGrid
-    from footprints_edge.navigation.path_planning import GroundPath
-    from footprints_edge.prediction import Prediction
-    from footprints_edge.video.smoothing import Tracker
+    from footprints_edge.errors import FootprintsError as FootprintsError
+    from footprints_edge.errors import GroundPlaneError as GroundPlaneError
+    from footprints_edge.errors import ImageError as ImageError
+    from footprints_edge.errors import IntrinsicsError as IntrinsicsError
+    from footprints_edge.errors import MissingMapError as MissingMapError
+    from footprints_edge.errors import ModelError as ModelError
+    from footprints_edge.errors import NoPathError as NoPathError
+    from footprints_edge.errors import OffGroundError as OffGroundError
+    from footprints_edge.errors import OutputError as OutputError
+    from footprints_edge.errors import OutsideError as OutsideError
+    from footprints_edge.errors import PlanningError as PlanningError
+    from footprints_edge.errors import VideoError as VideoError
+    from footprints_edge.foundation.version import __version__ as __version__
+    from footprints_edge.geometry.camera import Intrinsics as Intrinsics
+    from footprints_edge.geometry.ground_plane import GroundPlane as GroundPlane
+    from footprints_edge.model import Model as Model
+    from footprints_edge.model import load as load
+    from footprints_edge.navigation.occupancy_grid import OccupancyGrid as OccupancyGrid
+    from footprints_edge.navigation.path_planning import GroundPath as GroundPath
+    from footprints_edge.prediction import Prediction as Prediction
+    from footprints_edge.video.smoothing import Tracker as Tracker
 
-__all__ = [
-    "FootprintsError",
-    "GroundPath",
-    "GroundPlane",
-    "GroundPlaneError",
-    "ImageError",
-    "Intrinsics",
-    "IntrinsicsError",
-    "MissingMapError",
-    "Model",
-    "ModelError",
-    "NoPathError",
-    "OccupancyGrid",
-    "OffGroundError",
-    "OutputError",
-    "OutsideError",
-    "PlanningError",
-    "Prediction",
-    "Tracker",
-    "VideoError",
-    "__version__",
-    "load",
-]
-
-_HOME_OF = {
-    "FootprintsError": "errors",
-    "GroundPath": "navigation.path_planning",
-    "GroundPlane": "geometry.ground_plane",
-    "GroundPlaneError": "errors",
-    "ImageError": "errors",
-    "Intrinsics": "geometry.camera",
-    "IntrinsicsError": "errors",
-    "MissingMapError": "errors",
-    "Model": "model",
-    "ModelError": "errors",
-    "NoPathError": "errors",
-    "OffGroundError": "errors",
-    "OutputError": "errors",
-    "OutsideError": "errors",
-    "PlanningError": "errors",
-    "Prediction": "prediction",
-    "OccupancyGrid": "navigation.occupancy_grid",
-    "Tracker": "video.smoothing",
-    "VideoError": "errors",
-    "__version__": "foundation.version",
-    "load": "model",
+_PUBLIC = {
+    "errors": (
+        "FootprintsError",
+        "GroundPlaneError",
+        "ImageError",
+        "IntrinsicsError",
+        "MissingMapError",
+        "ModelError",
+        "NoPathError",
+        "OffGroundError",
+        "OutputError",
+        "OutsideError",
+        "PlanningError",
+        "VideoError",
+    ),
+    "foundation.version": ("__version__",),
+    "geometry.camera": ("Intrinsics",),
+    "geometry.ground_plane": ("GroundPlane",),
+    "model": ("Model", "load"),
+    "navigation.occupancy_grid": ("OccupancyGrid",),
+    "navigation.path_planning": ("GroundPath",),
+    "prediction": ("Prediction",),
+    "video.smoothing": ("Tracker",),
 }
+_HOME_OF = {name: module for module, names in _PUBLIC.items() for name in names}
+
+__all__ = sorted(_HOME_OF)  # noqa: PLE0605 - made of the table above
 
 
 def __getattr__(name: str) -> object:

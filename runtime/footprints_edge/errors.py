@@ -17,8 +17,8 @@ class ModelError(FootprintsError):
     """A model is unknown, damaged, foreign to the file contract, or cannot run here."""
 
 
-class MissingMapError(FootprintsError):
-    """A model file without masks, or without depths, was asked for them."""
+class MissingMapError(FootprintsError, AttributeError):
+    """A map was read that the model file does not have: one without masks, or without depths."""
 
 
 class OutputError(FootprintsError):

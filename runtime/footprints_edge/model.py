@@ -19,10 +19,11 @@ from footprints_edge.inputs.preprocessing import (
     preprocess,
     working_size,
 )
-from footprints_edge.maps.decode import postprocess
+from footprints_edge.maps.decode import decode_maps
+from footprints_edge.maps.ground_maps import ModelInfo
 from footprints_edge.model_files import registry
 from footprints_edge.model_files.metadata import ModelMetadata
-from footprints_edge.prediction import ModelInfo, Prediction
+from footprints_edge.prediction import Prediction
 
 Camera: TypeAlias = Intrinsics | Callable[[Size], Intrinsics]
 """A camera in the pixels of the upright picture, or how to make one for a picture's (H, W)."""
@@ -118,13 +119,9 @@ class Model:
         maps = self.engine.run(network_input)
         times.append(perf_counter())
         camera = _camera_of(decoded, intrinsics).scaled(decoded.size, size)
-        result = postprocess(maps, self.metadata, camera)
         timings_ms: dict[str, float] = {}
         prediction = Prediction(
-            visible_ground_probability=result.visible_ground_probability,
-            ground_probability=result.ground_probability,
-            visible_depth_m=result.visible_depth_m,
-            unmasked_ground_depth_m=result.unmasked_ground_depth_m,
+            maps=decode_maps(maps, self.metadata, camera),
             picture=decoded,
             intrinsics=camera,
             threshold=threshold,

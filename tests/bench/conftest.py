@@ -4,11 +4,10 @@ import numpy as np
 import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
+from predictions import make_prediction
 
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.model_files.metadata import ModelMetadata
-from footprints_edge.prediction import ModelInfo, Prediction
 
 SIZE = (32, 64)
 
@@ -90,16 +89,12 @@ def predicted(camera):
     def make(visible, ground=None, visible_depth_m=None, ground_depth_m=None):
         ground = visible if ground is None else ground
         ones = np.ones(visible.shape, np.float32)
-        return Prediction(
-            visible.astype(np.float32),
-            ground.astype(np.float32),
-            ones if visible_depth_m is None else visible_depth_m.astype(np.float32),
-            ones if ground_depth_m is None else ground_depth_m.astype(np.float32),
-            DecodedImage(np.zeros((*visible.shape, 3), np.uint8)),
-            camera,
-            0.5,
-            ModelInfo("made up", "fp32", "0" * 64, "none"),
-            {},
+        return make_prediction(
+            ones if ground_depth_m is None else ground_depth_m,
+            ground=ground,
+            visible_ground=visible,
+            visible_depth_m=ones if visible_depth_m is None else visible_depth_m,
+            intrinsics=camera,
         )
 
     return make

@@ -89,8 +89,8 @@ def test_a_file_for_phones_is_of_fixed_size_and_has_its_ort_twin(mobile):
     assert report.ort["file"] == "edge.ort"
     twin = fp.load(path.with_suffix(".ort"), threads=1)
     assert twin.sha256 == report.ort["sha256"]
-    assert (twin.name, twin.session.input_size) == ("test", SIZE)
-    np.testing.assert_allclose(twin.session.run(picture()), maps(path), atol=1e-4)
+    assert (twin.name, twin.engine.input_size) == ("test", SIZE)
+    np.testing.assert_allclose(twin.engine.run(picture()), maps(path), atol=1e-4)
     assert sorted(file.name for file in path.parent.iterdir()) == [
         "edge.onnx",
         "edge.onnx.json",

@@ -196,5 +196,5 @@ def test_memory_stays_where_it_is(tiny):
 
 
 def test_a_file_with_fewer_maps_than_it_says_is_refused(load_with, picture):
-    with pytest.raises(ModelError, match="gives 4 maps, where its metadata say that it has masks"):
+    with pytest.raises(ModelError, match="gives 4 maps, but its metadata state that it has masks"):
         load_with(outputs="masks").predict(picture)

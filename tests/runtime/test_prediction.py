@@ -1,30 +1,19 @@
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from predictions import make_prediction
 
 from footprints_edge.errors import MissingMapError
 from footprints_edge.geometry.camera import Intrinsics, rays
-from footprints_edge.inputs.images import DecodedImage
-from footprints_edge.maps.decode import ABSENT
-from footprints_edge.prediction import ModelInfo, Prediction
 
 
-def prediction_of(depth_m, image_size, probability=None):
-    probability = np.ones_like(depth_m) if probability is None else probability
-    return Prediction(
-        visible_ground_probability=probability,
-        ground_probability=probability,
-        visible_depth_m=depth_m,
-        unmasked_ground_depth_m=depth_m,
-        picture=DecodedImage(np.zeros((*image_size, 3), np.uint8)),
-        intrinsics=Intrinsics(40, 50, 23.1, 15.3),
-        threshold=0.5,
-        model=ModelInfo("made up", "fp32", "0" * 64, "none"),
-        timings_ms={},
+def prediction_of(depth_m, image_size, probability=None, outputs="all"):
+    camera = Intrinsics(40, 50, 23.1, 15.3)
+    return make_prediction(
+        depth_m, ground=probability, intrinsics=camera, picture=image_size, outputs=outputs
     )
 
 
@@ -75,14 +64,8 @@ def test_predictions_are_read_only(field):
 
 def test_what_a_model_file_lacks_is_told_where_it_is_asked_for():
     depth_m = np.full((32, 48), 3, np.float32)
-    masks = replace(
-        prediction_of(depth_m, (64, 96)), visible_depth_m=ABSENT, unmasked_ground_depth_m=ABSENT
-    )
-    depths = replace(
-        prediction_of(depth_m, (64, 96)),
-        visible_ground_probability=ABSENT,
-        ground_probability=ABSENT,
-    )
+    masks = prediction_of(depth_m, (64, 96), outputs="masks")
+    depths = prediction_of(depth_m, (64, 96), outputs="depths")
     for prediction in (masks, masks.at_image_size()):
         assert prediction.ground.all() and not prediction.hidden_ground.any()
         assert prediction.has("ground_probability") and not prediction.has("visible_depth_m")
@@ -101,9 +84,7 @@ def test_what_a_model_file_lacks_is_told_where_it_is_asked_for():
 
 def test_partial_predictions_are_written_as_far_as_they_go(tmp_path):
     depth_m = np.full((32, 48), 3, np.float32)
-    masks = replace(
-        prediction_of(depth_m, (32, 48)), visible_depth_m=ABSENT, unmasked_ground_depth_m=ABSENT
-    )
+    masks = prediction_of(depth_m, (32, 48), outputs="masks")
     masks.save(tmp_path, ["npz", "json"], name="a")
     with np.load(tmp_path / "a.npz") as arrays:
         assert arrays["ground"].all()

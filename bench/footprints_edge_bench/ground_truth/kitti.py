@@ -19,7 +19,7 @@ from footprints_edge_bench.ground_truth.base import (
     Item,
     LabelledMask,
 )
-from footprints_edge_bench.ground_truth.image_files import image_named
+from footprints_edge_bench.ground_truth.find_image import image_named
 
 _FOCAL_SHARES = (0.58, 1.92)
 """Focal lengths of KITTI's colour cameras as shares of width and height, as in the published

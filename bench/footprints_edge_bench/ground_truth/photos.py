@@ -13,7 +13,7 @@ from footprints_edge_bench.ground_truth.base import (
     Item,
     LabelledMask,
 )
-from footprints_edge_bench.ground_truth.image_files import image_named
+from footprints_edge_bench.ground_truth.find_image import image_named
 
 
 def is_photo_folder(folder: Path) -> bool:

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from footprints_edge.cli.sources import expand
 from footprints_edge.errors import ImageError
 from footprints_edge.foundation.types import Rgb, Size
+from footprints_edge.inputs.image_files import image_files
 from footprints_edge.inputs.images import decode
 from footprints_edge.inputs.preprocessing import enough_for, preprocess
+from footprints_edge.outputs.writers import OUTPUT_ENDINGS
 from footprints_edge_bench.engines.backend import Backend
 from footprints_edge_bench.latency.backends import LatencyError
 from footprints_edge_bench.model_files.synthetic_photos import synthetic_photo
@@ -32,9 +33,9 @@ def photos_by_size(folder: Path, backends: Sequence[Backend]) -> dict[Size, list
 
     Raises:
         LatencyError: the folder holds no image that can be read.
-        ImageError: there is no such folder.
+        ImageError: the folder holds no image.
     """
-    paths = [source.path for source in expand(str(folder), recursive=True) if source.path]
+    paths = image_files(folder, recursive=True, skip_endings=OUTPUT_ENDINGS)
     step = max(1, -(-len(paths) // MOST_PHOTOS))
     sizes = {backend.size for backend in backends}
     largest = enough_for((max(h for h, _ in sizes), max(w for _, w in sizes)))

@@ -13,8 +13,10 @@ from footprints_edge.errors import GroundPlaneError
 from footprints_edge.foundation.types import Floats, Mask
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.maps.decode import DecodedMaps
+from footprints_edge.maps.ground_maps import ModelInfo
 from footprints_edge.navigation.occupancy_grid import OccupancyGrid
-from footprints_edge.prediction import ModelInfo, Prediction
+from footprints_edge.prediction import Prediction
 from footprints_edge_bench.accuracy.benchmark import Benchmark
 from footprints_edge_bench.accuracy.tables import Column, table
 from footprints_edge_bench.ground_truth.base import GroundTruth
@@ -68,16 +70,18 @@ def exact_prediction(ground_truth: GroundTruth, like: Prediction) -> Prediction:
     def depth(depth_m: Floats) -> Floats:
         return np.where(depth_m > 0, depth_m, np.float32(_SKY_M))
 
-    return Prediction(
+    maps = DecodedMaps(
         ground_truth.visible_ground.mask.astype(np.float32),
         ground_truth.ground.mask.astype(np.float32),
         depth(ground_truth.visible_depth_m),
         depth(ground_truth.ground_depth_m),
+    )
+    return Prediction(
+        maps,
         DecodedImage(np.zeros((*ground_truth.size, 3), np.uint8)),
         like.intrinsics.scaled(like.map_size, ground_truth.size),
         0.5,
         ModelInfo("ground truth", "exact", "0" * 64, "none"),
-        {},
     )
 
 

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge.cli.sources import expand
 from footprints_edge.errors import ImageError
+from footprints_edge.inputs.image_files import image_files
 from footprints_edge.inputs.preprocessing import preprocess
 from footprints_edge.model import Model
+from footprints_edge.outputs.writers import OUTPUT_ENDINGS
 from footprints_edge_export.errors import ExportError
 
 logger = logging.getLogger(__name__)
@@ -29,7 +30,7 @@ def list_photos(folder: Path, at_least: int) -> list[Path]:
     """
     if not folder.is_dir():
         raise ExportError(f"{folder}: no such folder of photos")
-    paths = [source.path for source in expand(str(folder), recursive=True) if source.path]
+    paths = image_files(folder, recursive=True, skip_endings=OUTPUT_ENDINGS)
     if len(paths) < at_least:
         raise ExportError(f"{folder}: {len(paths)} photos, at least {at_least} are needed")
     return paths

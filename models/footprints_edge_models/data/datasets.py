@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from footprints_edge.cli.sources import SUFFIXES
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.image_files import IMAGE_SUFFIXES
 from footprints_edge.inputs.images import decode
 from footprints_edge_models.data.copy_paste import Composites, Kind, LabelledPhoto
 from footprints_edge_models.mapping.floor_map import (
@@ -281,7 +281,7 @@ def read_published(
 def _pictures(folder: Path) -> list[Path]:
     if not folder.is_dir():
         raise DatasetError(f"{folder}: no such folder; see CONTRIBUTING.md for the data layout")
-    return sorted(p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES)
+    return sorted(p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES)
 
 
 def _label_ids(path: Path, size: tuple[int, int] | None) -> NDArray[np.uint8]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge.cli.sources import SUFFIXES
+from footprints_edge.inputs.image_files import IMAGE_SUFFIXES
 from footprints_edge_models.sequences.camera_files import checked_intrinsics, checked_pose
 from footprints_edge_models.sequences.sequence import (
     DepthPicture,
@@ -152,7 +152,7 @@ def _pictures(folder: Path) -> dict[str, Path]:
     """The pictures of a folder by their names without suffix, sorted."""
     if not folder.is_dir():
         raise SequenceError(f"{folder}: no such folder")
-    found = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)
+    found = sorted(path for path in folder.iterdir() if path.suffix.lower() in IMAGE_SUFFIXES)
     return {path.stem: path for path in found}
 
 

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained, show_version
-from footprints_edge.errors import FootprintsError, ImageError
 
 if TYPE_CHECKING:
-    from footprints_edge.cli.batch import Batch, Task
-    from footprints_edge.model import Camera, Model
+    from footprints_edge.cli.batch import Batch
+    from footprints_edge.maps.ground_maps import GroundMaps
+    from footprints_edge.model import Camera
     from footprints_edge.outputs.writers import Encoder
-    from footprints_edge.prediction import Prediction
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -26,81 +25,86 @@ def infer(
     images: Annotated[
         list[str],
         typer.Argument(
-            help="Pictures, folders of pictures, - for standard input; videos, rtsp://…, camera:0."
+            help="Pictures, folders, or - for standard input; videos, rtsp://…, camera:0."
         ),
     ],
     *,
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", help="Folder for the results, instead of beside each picture."
+            "-o", "--output", help="Folder for the results. Default: beside each picture."
         ),
     ] = None,
     formats: Annotated[
         list[str] | None,
         typer.Option(
             "--format",
-            help="overlay (if not given), npz, png16, json, ply, topdown, topdown_picture; several "
-            "with commas. Of videos: overlay, json.",
+            help="Output formats, separated by commas: overlay (default), npz, png16, json, ply, "
+            "topdown, topdown_picture. Videos: overlay, json.",
         ),
     ] = None,
     model: Annotated[
-        str | None, typer.Option(help="Model file, or a name that fp-models list shows.")
+        str | None, typer.Option(help="Model file, or a name from fp-models list.")
     ] = None,
     threads: Annotated[
         int | None,
-        typer.Option(min=1, max=256, help="Threads, instead of one for each usable core."),
+        typer.Option(min=1, max=256, help="Number of threads. Default: one per usable core."),
     ] = None,
     threshold: Annotated[
         float, typer.Option(min=0, max=1, help="Probability above which a pixel is ground.")
     ] = 0.5,
     fx: Annotated[float | None, typer.Option(help="Focal length along x, in pixels.")] = None,
     fy: Annotated[float | None, typer.Option(help="Focal length along y, in pixels.")] = None,
-    cx: Annotated[float | None, typer.Option(help="Principal point, if not the centre.")] = None,
-    cy: Annotated[float | None, typer.Option(help="Principal point, if not the centre.")] = None,
+    cx: Annotated[
+        float | None, typer.Option(help="Principal point along x. Default: the centre.")
+    ] = None,
+    cy: Annotated[
+        float | None, typer.Option(help="Principal point along y. Default: the centre.")
+    ] = None,
     hfov: Annotated[
-        float | None, typer.Option(help="Horizontal field of view in degrees, instead of fx, fy.")
+        float | None,
+        typer.Option(help="Horizontal field of view in degrees, instead of --fx and --fy."),
     ] = None,
     path: Annotated[
         tuple[str, str] | None,
         typer.Option(
             metavar="X0,Y0 X1,Y1",
-            help="Plan a path between two pixels of the picture, and draw it to .path.png.",
+            help="Plan a path between two pixels of the picture and draw it to .path.png.",
         ),
     ] = None,
     margin: Annotated[
-        float, typer.Option(min=0, help="Metres that the path keeps from obstacles.")
+        float, typer.Option(min=0, help="Distance in metres that the path keeps from obstacles.")
     ] = 0.0,
-    every: Annotated[
-        int, typer.Option(min=1, help="Of a video: look at every so manieth frame only.")
-    ] = 1,
+    every: Annotated[int, typer.Option(min=1, help="Process every Nth frame of a video.")] = 1,
     max_fps: Annotated[
-        float | None, typer.Option(help="Of a video: look at so many frames a second at most.")
+        float | None, typer.Option(help="Process at most this many frames per second of a video.")
     ] = None,
     raw: Annotated[
         str | None,
         typer.Option(
             metavar="WxH[@FPS]",
-            help="Standard input holds raw RGB frames of this size: ffmpeg … | fp-infer - --raw …",
+            help="Read raw RGB frames of this size (width first) from standard input: "
+            "ffmpeg … | fp-infer - --raw …",
         ),
     ] = None,
     smooth: Annotated[
-        bool, typer.Option("--smooth", help="Of a video: keep the maps steady.")
+        bool, typer.Option("--smooth", help="Smooth the maps of a video over time.")
     ] = False,
-    panel: Annotated[
-        bool, typer.Option("--panel", help="Show the ground from above beside the overlay.")
+    bev: Annotated[
+        bool,
+        typer.Option("--bev", "--panel", help="Add a bird's-eye view beside the overlay."),
     ] = False,
     recursive: Annotated[
-        bool, typer.Option("--recursive", help="Look into the sub-folders of folders.")
+        bool, typer.Option("--recursive", help="Search the sub-folders of folders, too.")
     ] = False,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace results that are there already.")
+        bool, typer.Option("--overwrite", help="Replace existing results.")
     ] = False,
     quiet: Annotated[
-        bool, typer.Option("-q", "--quiet", help="No progress, no notes; results and errors only.")
+        bool, typer.Option("-q", "--quiet", help="Print results and errors only.")
     ] = False,
     verbose: Annotated[
-        bool, typer.Option("-v", "--verbose", help="Say a line about each picture.")
+        bool, typer.Option("-v", "--verbose", help="Print one line per image.")
     ] = False,
     _version: Annotated[
         bool,
@@ -109,7 +113,7 @@ def infer(
 ) -> None:
     """Find the walkable ground in pictures and videos, seen and hidden, and its distance in metres.
 
-    Prints the files that it wrote. Exit codes: 0 all done, 1 some pictures failed,
+    Prints the files written. Exit codes: 0 all done, 1 some pictures failed,
     2 wrong usage, 3 problem with the model.
     """
     with explained():
@@ -120,12 +124,12 @@ def infer(
         camera = _camera(fx, fy, cx, cy, hfov)
         wanted = [part.strip() for text in formats or ["overlay"] for part in text.split(",")]
         extra = {".path.png": _path_encoder(path, margin)} if path else {}
-        if panel and "overlay" in wanted:
-            extra[".overlay.png"] = _overlay_with_panel
+        if bev and "overlay" in wanted:
+            extra[".overlay.png"] = _overlay_with_bev
         videos = _videos_among(images, raw)
         pictures = [name for name in images if name not in videos]
         if videos and path:
-            raise typer.BadParameter("--path is for pictures: its pixels are those of one frame")
+            raise typer.BadParameter("--path works on pictures only, not on videos")
         if not videos and (smooth or every != 1 or max_fps is not None):
             raise typer.BadParameter("--every, --max-fps and --smooth are for videos")
         if videos:
@@ -136,12 +140,13 @@ def infer(
         batch = plan(
             pictures, wanted, output, recursive=recursive, overwrite=overwrite, extra=extra
         )
-        resolve(model)  # a wrong name shows even where there is nothing to do
+        resolve(model)  # a wrong name is reported even if there is nothing to do
         if batch.tasks:
+            from footprints_edge.cli.infer_images import infer_images
             from footprints_edge.model import load
 
             loaded = load(model, threads=threads)
-            _work(batch, loaded, camera, threshold, quiet=quiet, verbose=verbose)
+            infer_images(batch, loaded, camera, threshold, quiet=quiet, verbose=verbose)
             del loaded
         if videos:
             from footprints_edge.cli.infer_video import VideoOptions, infer_videos
@@ -152,7 +157,7 @@ def infer(
                 pace,
                 layout,
                 smooth,
-                panel,
+                bev,
                 wanted,
                 threads or usable_cores(),
                 output,
@@ -179,7 +184,7 @@ def _camera(
     if hfov is not None:
         if (fx, fy, cx, cy) != (None, None, None, None):
             raise typer.BadParameter("give --hfov, or --fx and --fy, not both")
-        Intrinsics.from_hfov(hfov, (1, 1))  # says at once what is wrong with it
+        Intrinsics.from_hfov(hfov, (1, 1))  # reports a wrong angle at once
         return lambda size: Intrinsics.from_hfov(hfov, size)
     if fx is None or fy is None:
         if (fx, fy, cx, cy) != (None, None, None, None):
@@ -197,24 +202,24 @@ def _camera(
 
 
 def _videos_among(named: list[str], raw: str | None) -> list[str]:
-    """Those arguments that name videos, streams and cameras, or the pipe of raw frames."""
-    from footprints_edge.cli.sources import is_video
+    """The arguments that name videos, streams, cameras, or the pipe of raw frames."""
+    from footprints_edge.video.sources import is_video
 
     if raw is None:
         return [name for name in named if is_video(name)]
     if named != ["-"]:
-        raise typer.BadParameter("--raw says what standard input holds; give - and nothing else")
+        raise typer.BadParameter("--raw describes standard input; give - and nothing else")
     return named
 
 
-def _overlay_with_panel(prediction: "Prediction") -> bytes:
+def _overlay_with_bev(prediction: "GroundMaps") -> bytes:
     from footprints_edge.drawing.overlay import encode_overlay
 
-    return encode_overlay(prediction, top_down=True)
+    return encode_overlay(prediction, bev=True)
 
 
 def _path_encoder(ends: tuple[str, str], margin_m: float) -> "Encoder":
-    """What draws the path between two points given as `X,Y`."""
+    """An encoder that draws the path between two points given as `X,Y`."""
     from footprints_edge.drawing.path import encode_path_picture
     from footprints_edge.navigation.path_planning import require_graph_search
 
@@ -227,78 +232,15 @@ def _point(text: str) -> tuple[float, float]:
     try:
         x, y = map(float, text.split(","))
     except ValueError:
-        raise typer.BadParameter(f"{text!r} is no pixel; give --path X0,Y0 X1,Y1") from None
+        raise typer.BadParameter(f"{text!r} is not a pixel; give --path X0,Y0 X1,Y1") from None
     return x, y
 
 
-def _work(
-    batch: "Batch",
-    model: "Model",
-    camera: "Camera | None",
-    threshold: float,
-    *,
-    quiet: bool,
-    verbose: bool,
-) -> None:
-    """Does the tasks; a picture that fails is noted, the others still come out."""
-    from footprints_edge.cli.progress import Progress
-
-    progress = Progress(len(batch.tasks), quiet=quiet)
-    for done, task in enumerate(batch.tasks):
-        progress.show(done, task.source.label)
-        try:
-            prediction = _predict_and_write(task, model, camera, threshold)
-        except FootprintsError as error:
-            batch.failures.append(str(error))
-            continue
-        except Exception as error:  # whatever it is, the other pictures still come out
-            reason = f"{type(error).__name__}: {error}"
-            batch.failures.append(f"{task.source.label} cannot be processed: {reason}")
-            continue
-        progress.clear()
-        if verbose:
-            complain(_line_about(task, prediction))
-        for path in task.targets:
-            typer.echo(path)
-    progress.clear()
-
-
-def _predict_and_write(
-    task: "Task", model: "Model", camera: "Camera | None", threshold: float
-) -> "Prediction":
-    from footprints_edge.outputs.writers import write
-
-    image = task.source.path or _standard_input()
-    prediction = model.predict(image, intrinsics=camera, threshold=threshold)
-    write(prediction, task.targets)
-    return prediction
-
-
-def _standard_input() -> bytes:
-    data = sys.stdin.buffer.read() if sys.stdin else b""
-    if not data:
-        raise ImageError("standard input is empty; pipe a picture into it")
-    return data
-
-
-def _line_about(task: "Task", prediction: "Prediction") -> str:
-    height, width = prediction.image_size
-    camera = prediction.intrinsics
-    timings = ", ".join(f"{stage} {ms:.1f}" for stage, ms in prediction.timings_ms.items())
-    return (
-        f"{task.source.label}: {width} x {height} px, "
-        f"visible ground {prediction.visible_ground.mean():.0%}, "
-        f"hidden {prediction.hidden_ground.mean():.0%}, "
-        f"field of view {camera.hfov_deg(prediction.map_size):.0f} degrees ({camera.source}), "
-        f"ms: {timings}"
-    )
-
-
 def _close(batch: "Batch", *, quiet: bool) -> None:
-    """Says what was kept and what failed, and sets the exit code."""
+    """Reports what was kept and what failed, and sets the exit code."""
     if batch.kept and not quiet:
         complain(
-            f"Kept {len(batch.kept)} result(s) that were there already, such as {batch.kept[0]}; "
+            f"Kept {len(batch.kept)} existing result(s), such as {batch.kept[0]}; "
             "--overwrite replaces them."
         )
     if batch.failures:

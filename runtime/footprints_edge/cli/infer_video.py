@@ -1,18 +1,17 @@
 """The part of `fp-infer` that reads videos, cameras and pipes."""
 
 import signal
-import sys
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING
 
 import typer
 
 from footprints_edge.cli.batch import Batch
 from footprints_edge.cli.exit_codes import INTERRUPTED, complain
+from footprints_edge.cli.progress import ProgressLine
 from footprints_edge.errors import FootprintsError, OutputError
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.outputs.writers import refuse_overwriting
@@ -29,24 +28,24 @@ _REDRAWN_S = 0.2
 
 @dataclass(frozen=True)
 class VideoOptions:
-    """How videos are read and what they become.
+    """How videos are read and what is made of them.
 
     Attributes:
-        pace: Which frames are looked at.
-        raw: What standard input holds; None means no raw frames.
-        smooth: Whether the maps are kept steady from frame to frame.
-        top_down: Whether the overlay shows the ground from above as well.
-        formats: Of the outputs.
+        pace: Which frames are processed.
+        raw: Layout of raw frames on standard input; None means no raw frames.
+        smooth: Whether the maps are smoothed over time.
+        bev: Whether the overlay has a bird's-eye view beside it.
+        formats: Output formats.
         at_once: Frames that are predicted at the same time.
         output: Folder of the outputs; None means beside each file, or here.
-        overwrite: Whether outputs that are there are replaced.
-        quiet: Whether nothing but results and errors is said.
+        overwrite: Whether existing outputs are replaced.
+        quiet: Whether to print results and errors only.
     """
 
     pace: Pace
     raw: RawFormat | None
     smooth: bool
-    top_down: bool
+    bev: bool
     formats: Sequence[str]
     at_once: int
     output: Path | None
@@ -62,10 +61,10 @@ def infer_videos(
     threshold: float,
     batch: Batch,
 ) -> None:
-    """Does one video after the other, and says which files it wrote.
+    """Processes one video after the other and prints the files written.
 
-    `model` is best loaded with one thread: `VideoOptions.at_once` keeps the cores busy. What could
-    not be done goes to `batch`, as for pictures.
+    `model` is best loaded with one thread: `VideoOptions.at_once` keeps the cores busy. Failures
+    go to `batch`, as for pictures.
     """
     # a service that is stopped closes its files as one at a terminal does
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -88,7 +87,7 @@ def _infer_video(
     threshold: float,
     batch: Batch,
 ) -> bool:
-    """Whether Ctrl-C ended it."""
+    """Processes one video; returns whether Ctrl-C ended it."""
     video = open_raw(options.raw, options.pace) if options.raw else open_video(name, options.pace)
     with ExitStack() as stack:
         stack.callback(getattr(video.frames, "close", lambda: None))
@@ -102,16 +101,16 @@ def _infer_video(
         paths = {key: path for key, path in paths.items() if path not in kept}
         if not paths:
             return False
-        sinks = open_sinks(paths, video.fps, top_down=options.top_down)
+        sinks = open_sinks(paths, video.fps, bev=options.bev)
         then = _smoother() if options.smooth else None
         stack.pop_all()  # the pipeline closes it
-    progress = _Progress(video, quiet=options.quiet)
+    progress = ProgressLine(shown=not options.quiet, every_s=_REDRAWN_S)
     try:
         tally = run_pipeline(
             video,
             lambda rgb: model.predict(DecodedImage(rgb), intrinsics=camera, threshold=threshold),
             sinks,
-            progress.show,
+            lambda tally: progress.show(_progress_of(video, tally)),
             at_once=options.at_once,
             then=then,
         )
@@ -133,6 +132,16 @@ def _smoother() -> "Callable[[Prediction], Prediction]":
     return Tracker().update
 
 
+def _progress_of(video: Video, tally: Tally) -> str:
+    total = f"/{video.total}" if video.total else ""
+    line = f"{video.name}  {tally.frames}{total} frames, {tally.fps:.1f} a second"
+    if tally.dropped:
+        line += f", {tally.dropped} dropped"
+    if tally.broken:
+        line += f", {tally.broken} broken"
+    return line
+
+
 def _line_about(video: Video, tally: Tally) -> str:
     line = f"{video.name}: {tally.frames} frames, {tally.fps:.1f} a second"
     if tally.dropped:
@@ -140,29 +149,3 @@ def _line_about(video: Video, tally: Tally) -> str:
     if tally.broken:
         line += f", {tally.broken} broken ({tally.reason})"
     return line
-
-
-class _Progress:
-    """Frames done and frames a second on one line of a terminal, redrawn in place."""
-
-    def __init__(self, video: Video, *, quiet: bool) -> None:
-        self._video = video
-        self._shown = not quiet and sys.stderr.isatty()
-        self._drawn_s = 0.0
-
-    def show(self, tally: Tally) -> None:
-        """Draws it, a few times a second."""
-        if self._shown and monotonic() - self._drawn_s > _REDRAWN_S:
-            self._drawn_s = monotonic()
-            of = f"/{self._video.total}" if self._video.total else ""
-            dropped = f", {tally.dropped} dropped" if tally.dropped else ""
-            broken = f", {tally.broken} broken" if tally.broken else ""
-            line = f"{self._video.name}  {tally.frames}{of} frames, {tally.fps:.1f} a second"
-            sys.stderr.write(f"\r\x1b[K{line}{dropped}{broken}")
-            sys.stderr.flush()
-
-    def clear(self) -> None:
-        """Makes room for another line of output."""
-        if self._shown:
-            sys.stderr.write("\r\x1b[K")
-            sys.stderr.flush()

@@ -1,26 +1,31 @@
-"""A progress bar on a terminal; nothing anywhere else."""
+"""One line of progress on a terminal, redrawn in place; nothing anywhere else."""
 
 import sys
 from shutil import get_terminal_size
+from time import monotonic
 
 _BAR_WIDTH = 24
 
 
-class Progress:
-    """One line on stderr, redrawn in place."""
+class ProgressLine:
+    """A line on stderr."""
 
-    def __init__(self, total: int, *, quiet: bool) -> None:
-        """Draws only for more than one picture, and only on a terminal."""
-        self._total = total
-        self._shown = total > 1 and not quiet and sys.stderr.isatty()
+    def __init__(self, *, shown: bool, every_s: float = 0.0) -> None:
+        """Draws on a terminal only.
 
-    def show(self, done: int, label: str) -> None:
-        """Draws how many pictures are done and which one is next."""
-        if self._shown:
-            filled = _BAR_WIDTH * done // self._total
-            bar = "█" * filled + "░" * (_BAR_WIDTH - filled)
-            line = f"{bar} {done}/{self._total}  {label}"
-            sys.stderr.write(f"\r\x1b[K{line[: get_terminal_size().columns - 1]}")
+        Args:
+            shown: Whether to draw at all.
+            every_s: Least time between two drawings.
+        """
+        self._shown = shown and sys.stderr.isatty()
+        self._every_s = every_s
+        self._drawn_s = float("-inf")
+
+    def show(self, text: str) -> None:
+        """Replaces the line."""
+        if self._shown and monotonic() - self._drawn_s > self._every_s:
+            self._drawn_s = monotonic()
+            sys.stderr.write(f"\r\x1b[K{text[: get_terminal_size().columns - 1]}")
             sys.stderr.flush()
 
     def clear(self) -> None:
@@ -28,3 +33,9 @@ class Progress:
         if self._shown:
             sys.stderr.write("\r\x1b[K")
             sys.stderr.flush()
+
+
+def bar(done: int, total: int, label: str) -> str:
+    """A bar, the count, and what comes next."""
+    filled = _BAR_WIDTH * done // total
+    return f"{'█' * filled}{'░' * (_BAR_WIDTH - filled)} {done}/{total}  {label}"

@@ -8,9 +8,10 @@ import math
 
 import numpy as np
 
+from footprints_edge.drawing.style import HATCH_PERIOD, HATCH_STRIPE, INK, WHITE
 from footprints_edge.foundation.types import Floats
 
-WHITE, INK = (np.array(rgb, np.float32)[:, None] for rgb in ((255, 255, 255), (14, 16, 22)))
+WHITE_PIXEL, INK_PIXEL = (np.array(rgb, np.float32)[:, None] for rgb in (WHITE, INK))
 
 
 def paint(pixels: Floats, colour: Floats, opacity: Floats) -> None:
@@ -52,14 +53,14 @@ def hatch(
         diagonal_px: float32 (n,), each pixel's row plus its column.
         pen_px: Width of a line.
     """
-    period_px, stripe_px = 10 * pen_px, 4.4 * pen_px
+    period_px, stripe_px = HATCH_PERIOD * pen_px, HATCH_STRIPE * pen_px
     periods = diagonal_px * np.float32(1 / (np.sqrt(2) * period_px))
     position_px = (periods - np.floor(periods) - np.float32(0.5)) * np.float32(period_px)
     stripe = inside(stripe_px / 2 - np.abs(position_px))
     rim = inside(0.6 * pen_px - np.abs(position_px + stripe_px / 2))
-    paint(pixels, INK, 0.45 * opacity * (1 - stripe))
+    paint(pixels, INK_PIXEL, 0.45 * opacity * (1 - stripe))
     paint(pixels, colour, opacity * (0.12 + 0.83 * stripe))
-    paint(pixels, WHITE, 0.8 * opacity * rim)
+    paint(pixels, WHITE_PIXEL, 0.8 * opacity * rim)
 
 
 def blurred_edge_px(blur_px: float) -> Floats:

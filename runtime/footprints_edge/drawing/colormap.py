@@ -16,9 +16,6 @@ from footprints_edge.foundation.types import Floats, Rgb
 NEAREST_M = 0.5
 FARTHEST_M = 20.0
 
-PAPER = (22, 24, 31)
-"""Behind legends and captions."""
-
 _STEPS = 256
 # (lightness, chroma, hue in degrees) in Oklab's polar form; all inside sRGB
 _NEAR, _MIDDLE, _FAR = (0.94, 0.09, 98.0), (0.64, 0.183, 25.0), (0.33, 0.145, -75.0)

@@ -1,4 +1,4 @@
-"""The ground from above as a picture for people, in the colours of the overlay."""
+"""An occupancy grid as a picture for people: a bird's-eye view in the colours of the overlay."""
 
 from functools import lru_cache
 
@@ -6,36 +6,38 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from footprints_edge.drawing.colormap import PAPER, colours_of
+from footprints_edge.drawing.colormap import colours_of
+from footprints_edge.drawing.style import PAPER, WHITE, diagonal_stripes
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.foundation.png import encode_png
+from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.navigation.occupancy_grid import (
     HIDDEN,
     OCCUPIED,
     UNKNOWN,
     VISIBLE,
     OccupancyGrid,
+    make_occupancy_grid,
 )
-from footprints_edge.prediction import Prediction
 
 HEIGHT_PX = 720
-"""Of a picture in a file of its own."""
+"""Height of a picture in a file of its own."""
 
-PANEL_RANGE_M = 10.0
-"""How far ahead the panel beside an overlay reaches."""
+BEV_RANGE_M = 10.0
+"""How far ahead the bird's-eye view beside an overlay reaches."""
 
-_PANEL_CELL_M = 0.1
+_BEV_CELL_M = 0.1
 _RINGS_M = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0)
-_UNKNOWN, _OCCUPIED, _WHITE = (44, 48, 58), (8, 9, 13), (255, 255, 255)
+_UNKNOWN, _OCCUPIED = (44, 48, 58), (8, 9, 13)
 _FAINT = (128, 134, 146)
 
 
-def encode_top_down(grid: OccupancyGrid) -> bytes:
-    """PNG of `draw_top_down`."""
-    return encode_png(draw_top_down(grid.cells, grid.cell_m, HEIGHT_PX))
+def encode_occupancy_grid(grid: OccupancyGrid) -> bytes:
+    """PNG of `draw_occupancy_grid`."""
+    return encode_png(draw_occupancy_grid(grid.cells, grid.cell_m, HEIGHT_PX))
 
 
-def draw_top_down(
+def draw_occupancy_grid(
     cells: NDArray[np.uint8], cell_m: float, height_px: int, *, square: bool = False
 ) -> Image.Image:
     """Draws a grid: forward is up, left is left, the camera is in the middle of the lower border.
@@ -62,23 +64,22 @@ def draw_top_down(
     picture[large == OCCUPIED] = _OCCUPIED
     visible, hidden = large == VISIBLE, large == HIDDEN
     picture[visible] = ground[visible]
-    across = np.add.outer(np.arange(height_px), np.arange(width_px))
-    stripe_px = max(2, height_px // 120)
-    stripes = across % (3 * stripe_px) < 1.5 * stripe_px
+    stripe_px = 1.5 * max(2, height_px // 120)
+    stripes = diagonal_stripes((height_px, width_px), 2 * stripe_px, stripe_px)
     picture[hidden] = np.where(stripes[..., None], ground, np.uint8(70))[hidden]
     image = Image.fromarray(picture)
     _mark(image, rows * cell_m)
     return image
 
 
-def draw_panel(prediction: Prediction, height_px: int) -> Image.Image:
-    """What is within `PANEL_RANGE_M` ahead, as wide as high; empty where there is no plane."""
+def draw_bev(prediction: GroundMaps, height_px: int) -> Image.Image:
+    """What is within `BEV_RANGE_M` ahead, as wide as high; empty where there is no plane."""
     try:
-        cells = prediction.top_down(_PANEL_CELL_M, PANEL_RANGE_M).cells
+        cells = make_occupancy_grid(prediction, _BEV_CELL_M, BEV_RANGE_M).cells
     except GroundPlaneError:
-        rows = round(PANEL_RANGE_M / _PANEL_CELL_M)
+        rows = round(BEV_RANGE_M / _BEV_CELL_M)
         cells = np.full((rows, 2 * rows), UNKNOWN, np.uint8)
-    return draw_top_down(cells, _PANEL_CELL_M, height_px, square=True)
+    return draw_occupancy_grid(cells, _BEV_CELL_M, height_px, square=True)
 
 
 @lru_cache(maxsize=4)
@@ -102,6 +103,6 @@ def _mark(image: Image.Image, range_m: float) -> None:
         if letter_px * 2.5 < radius <= image.height:
             draw.arc((x - radius, y - radius, x + radius, y + radius), 180, 360, _FAINT)
             at = (x + 0.3 * letter_px, y - radius + 0.15 * letter_px)
-            draw.text(at, f"{ring_m:g} m", _WHITE, font, stroke_width=1, stroke_fill=PAPER)
+            draw.text(at, f"{ring_m:g} m", WHITE, font, stroke_width=1, stroke_fill=PAPER)
     side = 0.6 * letter_px
-    draw.polygon([(x - side, y), (x + side, y), (x, y - 1.6 * side)], _WHITE, PAPER)
+    draw.polygon([(x - side, y), (x + side, y), (x, y - 1.6 * side)], WHITE, PAPER)

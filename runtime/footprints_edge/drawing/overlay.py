@@ -4,11 +4,20 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
-from footprints_edge.drawing.blending import INK, WHITE, blurred_edge_px, hatch, inside, paint
-from footprints_edge.drawing.colormap import FARTHEST_M, PAPER, colour_scale, scale_position
+from footprints_edge.drawing.blending import (
+    INK_PIXEL,
+    WHITE_PIXEL,
+    blurred_edge_px,
+    hatch,
+    inside,
+    paint,
+)
+from footprints_edge.drawing.colormap import FARTHEST_M, colour_scale, scale_position
+from footprints_edge.drawing.style import FAINT, PAPER, TINT, WHITE
 from footprints_edge.foundation.png import encode_png
 from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
-from footprints_edge.prediction import Prediction, resized
+from footprints_edge.maps.ground_maps import GroundMaps
+from footprints_edge.maps.resize import resize_map
 
 LONGEST_PX = 1920
 """Longer pictures are drawn at this size; the maps themselves have far fewer pixels."""
@@ -28,15 +37,12 @@ LEGEND_PX = 300
 """A tower of a picture gets margins rather than a legend that is cut off."""
 
 
-_LETTERS, _FAINT = (255, 255, 255), (170, 176, 188)
-
-
-def encode_overlay(prediction: Prediction, *, top_down: bool = False) -> bytes:
+def encode_overlay(prediction: GroundMaps, *, bev: bool = False) -> bytes:
     """PNG of `draw_overlay`."""
-    return encode_png(draw_overlay(prediction, top_down=top_down))
+    return encode_png(draw_overlay(prediction, bev=bev))
 
 
-def draw_overlay(prediction: Prediction, *, top_down: bool = False) -> Image.Image:
+def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
     """Draws a prediction on its picture.
 
     Visible ground is a solid tint, hidden ground a hatching in the colour of its distance, both
@@ -44,8 +50,8 @@ def draw_overlay(prediction: Prediction, *, top_down: bool = False) -> Image.Ima
 
     Args:
         prediction: What to draw.
-        top_down: Whether the ground seen from above stands beside the picture; it stays empty
-            where there is too little ground for a plane.
+        bev: Whether a bird's-eye view stands beside the picture; it stays empty where there is
+            too little ground for a plane.
 
     Returns:
         RGB image: the picture's size within `NARROWEST_PX` and `LONGEST_PX`, plus the legend, and
@@ -59,25 +65,25 @@ def draw_overlay(prediction: Prediction, *, top_down: bool = False) -> Image.Ima
     )
     # Lines follow every ripple of a depth; those of the ground's broad shape can be read.
     inverse_depth = np.reciprocal(prediction.unmasked_ground_depth_m)
-    broad = resized(_broad(inverse_depth), size)
+    broad = resize_map(_broad(inverse_depth), size)
     visible, ground = (
-        resized(probability, size) > prediction.threshold
+        resize_map(probability, size) > prediction.threshold
         for probability in (prediction.visible_ground_probability, prediction.ground_probability)
     )
     pixels = np.array(photo)
     _paint_ground(
-        pixels, visible, ground & ~visible, resized(inverse_depth, size), broad, pen_px, blur_px
+        pixels, visible, ground & ~visible, resize_map(inverse_depth, size), broad, pen_px, blur_px
     )
     picture = Image.fromarray(pixels)
     _label_isolines(picture, broad, ground | visible)
     drawn = _stacked(picture, draw_legend(max(picture.width, LEGEND_PX), picture.height))
-    if not top_down:
+    if not bev:
         return drawn
-    from footprints_edge.drawing.occupancy_grid import draw_panel
+    from footprints_edge.drawing.occupancy_grid import draw_bev
 
     both = Image.new("RGB", (drawn.width + drawn.height, drawn.height))
     both.paste(drawn, (0, 0))
-    both.paste(draw_panel(prediction, drawn.height), (drawn.width, 0))
+    both.paste(draw_bev(prediction, drawn.height), (drawn.width, 0))
     return both
 
 
@@ -125,17 +131,17 @@ def _paint_ground(
         depth_m = np.reciprocal(inverse_depth[rows].take(where))
         tint = colours.take(scale_position(depth_m), axis=1)
         grey = _GREY @ under
-        paint(under, 0.62 * tint + 0.38 * grey, inside(visible_px))
+        paint(under, TINT * tint + (1 - TINT) * grey, inside(visible_px))
         if (hidden_px > -0.5).any():
             diagonal_px = (top + where // width + where % width).astype(np.float32)
             hatch(under, tint, inside(hidden_px), diagonal_px, pen_px)
         anywhere = inside(np.maximum(visible_px, hidden_px))
         lines = _isolines(broad, rows, pen_px).take(where)
-        paint(under, WHITE, 0.5 * anywhere * lines)
+        paint(under, WHITE_PIXEL, 0.5 * anywhere * lines)
         for distance_px in (hidden_px, visible_px):
             edge_px = np.abs(distance_px)
-            paint(under, INK, 0.5 * inside(np.float32(1.6 * pen_px) - edge_px))
-            paint(under, WHITE, inside(np.float32(0.7 * pen_px) - edge_px))
+            paint(under, INK_PIXEL, 0.5 * inside(np.float32(1.6 * pen_px) - edge_px))
+            paint(under, WHITE_PIXEL, inside(np.float32(0.7 * pen_px) - edge_px))
         band[where] = np.rint(under).astype(np.uint8).T
 
 
@@ -200,7 +206,7 @@ def _label_isolines(picture: Image.Image, inverse_depth: Floats, ground: Mask) -
         taken.append(box)
         pill = _pill(round(box[2] - box[0]), round(box[3] - box[1]))
         picture.paste(PAPER, (round(box[0]), round(box[1])), pill)
-        draw.text((x, y), text, _LETTERS, font, anchor="mm")
+        draw.text((x, y), text, WHITE, font, anchor="mm")
 
 
 def _pill(width: int, height: int) -> Image.Image:
@@ -252,8 +258,8 @@ def _swatches(letter: int, font: ImageFont.ImageFont | ImageFont.FreeTypeFont) -
     for word, length, tile in zip(words, lengths, (colour, hatched), strict=True):
         square = np.rint(tile.T).astype(np.uint8).reshape(side, side, 3)
         strip.paste(Image.fromarray(square), (x, 0))
-        draw.rectangle((x, 0, x + side - 1, side - 1), outline=_LETTERS, width=line)
-        draw.text((x + side + gap, side / 2), word, _LETTERS, font, anchor="lm")
+        draw.rectangle((x, 0, x + side - 1, side - 1), outline=WHITE, width=line)
+        draw.text((x + side + gap, side / 2), word, WHITE, font, anchor="lm")
         x += side + gap + length + between
     return strip
 
@@ -272,10 +278,10 @@ def _bar(
     positions = scale_position(np.array(TICKS_M, np.float32))
     for tick_m, position in zip(TICKS_M, positions, strict=True):
         x = side + round(float(position) / (len(colour_scale()) - 1) * (span - 1))
-        draw.line((x, bar_height, x, bar_height + tick), _FAINT, max(1, letter // 12))
+        draw.line((x, bar_height, x, bar_height + tick), FAINT, max(1, letter // 12))
         more = "+" if tick_m == FARTHEST_M else ""
         text = f"{tick_m:g}{more} m"
-        draw.text((x, bar_height + tick + 0.3 * letter), text, _FAINT, font, anchor="mt")
+        draw.text((x, bar_height + tick + 0.3 * letter), text, FAINT, font, anchor="mt")
     return strip
 
 

@@ -6,23 +6,23 @@ from itertools import pairwise
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from footprints_edge.drawing.style import INK, PAPER, WHITE, diagonal_stripes
 from footprints_edge.errors import NoPathError, OffGroundError
 from footprints_edge.foundation.png import encode_png
-from footprints_edge.foundation.types import Mask, Size
+from footprints_edge.foundation.types import Mask
+from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.navigation.path_planning import GroundPath, find_path
-from footprints_edge.prediction import Prediction
 
 _WIDEST_PX = 960  # of one of the two pictures
 _NARROWEST_PX = 320
 _FINE = 2  # drawn at twice the size, then shrunk: smooth lines
 
-_PAPER, _INK, _WHITE = (22, 24, 31), (14, 16, 22), (255, 255, 255)
 _SEEN, _UNSEEN = (38, 166, 154), (240, 98, 146)  # also told apart by lightness and by hatching
 _LINE, _BEHIND = (255, 235, 59), (255, 145, 0)
 
 
 def encode_path_picture(
-    prediction: Prediction, start: Sequence[float], goal: Sequence[float], margin_m: float = 0.0
+    prediction: GroundMaps, start: Sequence[float], goal: Sequence[float], margin_m: float = 0.0
 ) -> bytes:
     """PNG: left the cheapest path on visible ground, right that on all ground.
 
@@ -53,14 +53,14 @@ def encode_path_picture(
         _panel(prediction, hidden, ends, f"with hidden ground: {hidden.length_m:.1f} m"),
     ]
     gap = max(4, panels[0].width // 120)
-    both = Image.new("RGB", (2 * panels[0].width + gap, panels[0].height), _PAPER)
+    both = Image.new("RGB", (2 * panels[0].width + gap, panels[0].height), PAPER)
     both.paste(panels[0], (0, 0))
     both.paste(panels[1], (panels[0].width + gap, 0))
     return encode_png(both)
 
 
 def _panel(
-    prediction: Prediction,
+    prediction: GroundMaps,
     path: GroundPath | None,
     ends: Sequence[tuple[float, ...]],
     caption: str,
@@ -80,8 +80,9 @@ def _panel(
     pen = max(2.0, max(fine) / 220)
     _tint(pixels, large.visible_ground, _SEEN, 0.45)
     if unseen:
-        _tint(pixels, large.hidden_ground & _stripes(fine, 3 * pen), _UNSEEN, 0.75)
-        _tint(pixels, large.hidden_ground & ~_stripes(fine, 3 * pen), _INK, 0.35)
+        stripes = diagonal_stripes(fine, 6 * pen, 3 * pen)
+        _tint(pixels, large.hidden_ground & stripes, _UNSEEN, 0.75)
+        _tint(pixels, large.hidden_ground & ~stripes, INK, 0.35)
     canvas = Image.fromarray(np.rint(pixels).astype(np.uint8))
     draw = ImageDraw.Draw(canvas)
 
@@ -92,24 +93,24 @@ def _panel(
 
     if path is not None:
         line = drawn(_smoothed(path))
-        for colour, thickness in ((_INK, 2.6 * pen), (_LINE, 1.5 * pen)):
+        for colour, thickness in ((INK, 2.6 * pen), (_LINE, 1.5 * pen)):
             draw.line(line, colour, round(thickness), joint="curve")
         for (a, b), behind in zip(pairwise(line), path.hidden[1:], strict=True):
             if behind:
                 draw.line((a, b), _BEHIND, round(1.5 * pen))
     font = ImageFont.load_default(4 * pen)
     for letter, (x, y) in zip("AB", drawn(ends), strict=True):
-        for colour, radius in ((_INK, 4.0 * pen), (_WHITE, 3.5 * pen)):
+        for colour, radius in ((INK, 4.0 * pen), (WHITE, 3.5 * pen)):
             draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=colour)
-        draw.text((x, y), letter, _INK, font, anchor="mm")
+        draw.text((x, y), letter, INK, font, anchor="mm")
     small = canvas.resize(size[::-1], Image.Resampling.LANCZOS)
     letter_px = max(12, size[1] // 36)
-    panel = Image.new("RGB", (size[1], size[0] + round(2.4 * letter_px)), _PAPER)
+    panel = Image.new("RGB", (size[1], size[0] + round(2.4 * letter_px)), PAPER)
     panel.paste(small, (0, 0))
     ImageDraw.Draw(panel).text(
         (letter_px, size[0] + 1.2 * letter_px),
         caption,
-        _WHITE,
+        WHITE,
         ImageFont.load_default(letter_px),
         anchor="lm",
     )
@@ -118,12 +119,6 @@ def _panel(
 
 def _tint(pixels: np.ndarray, mask: Mask, colour: tuple[int, int, int], opacity: float) -> None:
     pixels[mask] += np.float32(opacity) * (np.array(colour, np.float32) - pixels[mask])
-
-
-def _stripes(size: Size, period_px: float) -> Mask:
-    across = np.arange(size[0])[:, None] + np.arange(size[1])
-    stripes: Mask = (across % (2 * period_px)) < period_px
-    return stripes
 
 
 def _smoothed(path: GroundPath) -> list[list[float]]:

@@ -1,11 +1,9 @@
 """Ground depth laid onto the ground's plane, where it lies near to it."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from footprints_edge.errors import GroundPlaneError
-from footprints_edge.prediction import Prediction
+from footprints_edge.maps.ground_maps import MapsT
 
 FLAT = 0.15
 """Where the median of |ln(depth / depth of the plane)| over the ground is less, it is flat."""
@@ -15,7 +13,7 @@ _WHOLLY, _NOT_AT_ALL = 0.4, 0.8
 the pixel laid onto the plane; from the second on, for another surface."""
 
 
-def flatten(prediction: Prediction) -> Prediction:
+def flatten(prediction: MapsT) -> MapsT:
     """The same with ground depth on the plane; see `Prediction.flattened`."""
     if prediction.laid_onto is not None:
         return prediction
@@ -34,4 +32,4 @@ def flatten(prediction: Prediction) -> Prediction:
         return prediction
     share = np.clip((_NOT_AT_ALL - away) * np.float32(1 / (_NOT_AT_ALL - _WHOLLY)), 0, 1)
     mixed = inverse_depth + share * (flat_inverse_depth - inverse_depth)
-    return replace(prediction, unmasked_ground_depth_m=np.reciprocal(mixed), laid_onto=plane)
+    return prediction.with_maps(unmasked_ground_depth_m=np.reciprocal(mixed), laid_onto=plane)

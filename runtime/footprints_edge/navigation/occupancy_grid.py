@@ -13,7 +13,7 @@ from footprints_edge.errors import OutputError
 from footprints_edge.foundation.types import Floats, Mask
 from footprints_edge.geometry.camera import backproject
 from footprints_edge.geometry.ground_plane import GroundPlane
-from footprints_edge.prediction import Prediction
+from footprints_edge.maps.ground_maps import GroundMaps
 
 UNKNOWN, OCCUPIED, VISIBLE, HIDDEN = 0, 1, 2, 3
 """The values of a grid's cells: not known; no ground; free ground that is seen; free, hidden."""
@@ -137,7 +137,7 @@ class OccupancyGrid:
 
 
 def make_occupancy_grid(
-    prediction: Prediction, cell_m: float = 0.05, range_m: float = 10.0
+    prediction: GroundMaps, cell_m: float = 0.05, range_m: float = 10.0
 ) -> OccupancyGrid:
     """The grid of a prediction; see `Prediction.top_down`."""
     if not (np.isfinite(range_m) and 0 < cell_m <= range_m <= 5000 * cell_m):

@@ -11,7 +11,7 @@ from footprints_edge.errors import NoPathError, OffGroundError, OutsideError, Pl
 from footprints_edge.foundation.types import Mask
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.ground_plane import GroundPlane
-from footprints_edge.prediction import Prediction
+from footprints_edge.maps.ground_maps import GroundMaps
 
 Ground: TypeAlias = Literal["all", "visible"]
 Unit: TypeAlias = Literal["px", "m"]
@@ -48,7 +48,7 @@ class GroundPath:
 
 
 def find_path(
-    prediction: Prediction,
+    prediction: GroundMaps,
     start: Sequence[float],
     goal: Sequence[float],
     *,
@@ -107,7 +107,7 @@ def find_path(
     )
 
 
-def _maps_per_picture(prediction: Prediction) -> NDArray[np.float64]:
+def _maps_per_picture(prediction: GroundMaps) -> NDArray[np.float64]:
     """Pixels of the maps for one of the picture, along x and y."""
     height, width = prediction.image_size
     rows, columns = prediction.map_size
@@ -115,7 +115,7 @@ def _maps_per_picture(prediction: Prediction) -> NDArray[np.float64]:
 
 
 def _map_pixel(
-    prediction: Prediction, plane: GroundPlane, point: Sequence[float], unit: Unit, name: str
+    prediction: GroundMaps, plane: GroundPlane, point: Sequence[float], unit: Unit, name: str
 ) -> tuple[int, int]:
     """The row and column of the maps that a start or goal falls on."""
     given = np.asarray(point, np.float64)

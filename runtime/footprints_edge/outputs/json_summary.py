@@ -6,10 +6,10 @@ import numpy as np
 
 from footprints_edge.foundation.types import Floats, Mask
 from footprints_edge.foundation.version import __version__
-from footprints_edge.prediction import Prediction
+from footprints_edge.maps.ground_maps import GroundMaps
 
 
-def summarise(prediction: Prediction) -> dict[str, Any]:
+def summarise(prediction: GroundMaps) -> dict[str, Any]:
     """Sizes, ground fractions and distances, camera, model and timings, ready for JSON.
 
     Sizes are (height, width) in pixels, fractions are of the picture's area, distances in metres

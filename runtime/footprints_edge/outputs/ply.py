@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from footprints_edge.foundation.types import Floats, Rgb
 from footprints_edge.geometry.camera import backproject
 from footprints_edge.inputs.preprocessing import enough_for, preprocess
-from footprints_edge.prediction import Prediction
+from footprints_edge.maps.ground_maps import GroundMaps
 
 HIDDEN_GROUND_RGB = (255, 0, 200)
 """Magenta, which photos hardly have: hidden ground has no colour of its own to show."""
@@ -23,7 +23,7 @@ _PROPERTIES = (
 _VERTEX = np.dtype([(name, dtype) for name, _, dtype in _PROPERTIES])
 
 
-def encode_ply(prediction: Prediction) -> bytes:
+def encode_ply(prediction: GroundMaps) -> bytes:
     """Everything seen, in the photo's colours, and the ground hidden behind it.
 
     Binary little-endian PLY in camera axes: x right, y down, z forward, metres. Property `layer`

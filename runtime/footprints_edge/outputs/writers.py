@@ -13,7 +13,7 @@ from footprints_edge.errors import OutputError
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge.foundation.png import encode_png
 from footprints_edge.foundation.types import Floats, Mask
-from footprints_edge.prediction import Prediction
+from footprints_edge.maps.ground_maps import GroundMaps
 
 NAMELESS = "image"
 """What the outputs of a picture without a file name are named after."""
@@ -23,11 +23,11 @@ FARTHEST_MM = 65535
 
 _MAP_PNG = ".topdown.png"
 
-Encoder = Callable[[Prediction], bytes]
+Encoder = Callable[[GroundMaps], bytes]
 
 
 def save(
-    prediction: Prediction,
+    prediction: GroundMaps,
     folder: Path,
     formats: Sequence[str],
     *,
@@ -51,7 +51,7 @@ def save(
     return list(targets)
 
 
-def write(prediction: Prediction, targets: Mapping[Path, Encoder]) -> None:
+def write(prediction: GroundMaps, targets: Mapping[Path, Encoder]) -> None:
     """Writes the given files of a prediction, replacing what is there.
 
     Raises:
@@ -102,13 +102,13 @@ def refuse_overwriting(targets: Iterable[Path], pictures: Set[Path]) -> None:
             raise OutputError(f"{path} is an input picture; choose another folder or name")
 
 
-def _overlay(prediction: Prediction) -> bytes:
+def _overlay(prediction: GroundMaps) -> bytes:
     from footprints_edge.drawing.overlay import encode_overlay
 
     return encode_overlay(prediction)
 
 
-def _npz(prediction: Prediction) -> bytes:
+def _npz(prediction: GroundMaps) -> bytes:
     """What a model file without masks, or without depths, lacks is left out."""
     camera = prediction.intrinsics
     buffer = io.BytesIO()
@@ -127,31 +127,36 @@ def _npz(prediction: Prediction) -> bytes:
     return buffer.getvalue()
 
 
-def _json(prediction: Prediction) -> bytes:
+def _json(prediction: GroundMaps) -> bytes:
     from footprints_edge.outputs.json_summary import summarise
 
     return (json.dumps(summarise(prediction), indent=2) + "\n").encode("ascii")
 
 
-def _ply(prediction: Prediction) -> bytes:
+def _ply(prediction: GroundMaps) -> bytes:
     from footprints_edge.outputs.ply import encode_ply
 
     return encode_ply(prediction)
 
 
-def _top_down_picture(prediction: Prediction) -> bytes:
-    from footprints_edge.drawing.occupancy_grid import encode_top_down
+def _top_down_picture(prediction: GroundMaps) -> bytes:
+    from footprints_edge.drawing.occupancy_grid import encode_occupancy_grid
+    from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
 
-    return encode_top_down(prediction.top_down())
-
-
-def _map_png(prediction: Prediction) -> bytes:
-    return prediction.top_down().map_png()
+    return encode_occupancy_grid(make_occupancy_grid(prediction))
 
 
-def _map_yaml(prediction: Prediction, image: str = NAMELESS + _MAP_PNG) -> bytes:
+def _map_png(prediction: GroundMaps) -> bytes:
+    from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
+
+    return make_occupancy_grid(prediction).map_png()
+
+
+def _map_yaml(prediction: GroundMaps, image: str = NAMELESS + _MAP_PNG) -> bytes:
     """The YAML names the picture beside it."""
-    return prediction.top_down().map_yaml(image)
+    from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
+
+    return make_occupancy_grid(prediction).map_yaml(image)
 
 
 def _depth_png(depth_m: Floats) -> bytes:
@@ -182,3 +187,6 @@ FORMATS: Mapping[str, Mapping[str, Encoder]] = {
     "topdown_picture": {".topdown_picture.png": _top_down_picture},
 }
 """Each format's files: what is added to the picture's name, and what encodes it."""
+
+OUTPUT_ENDINGS = tuple(suffix for files in FORMATS.values() for suffix in files)
+"""Endings of the files that `FORMATS` make, which are no pictures to read."""

@@ -9,10 +9,10 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from footprints_edge.cli.sources import CAMERA, STREAMS
 from footprints_edge.errors import VideoError
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Rgb, Size
+from footprints_edge.video.sources import CAMERA, STREAMS
 
 USUAL_FPS = 30.0
 """Frames a second of a source that does not say how many it has."""

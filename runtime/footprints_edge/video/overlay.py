@@ -2,39 +2,46 @@
 
 import numpy as np
 
-from footprints_edge.drawing.colormap import PAPER, colour_scale, scale_position
-from footprints_edge.drawing.occupancy_grid import draw_panel
+from footprints_edge.drawing.colormap import colour_scale, scale_position
+from footprints_edge.drawing.occupancy_grid import draw_bev
 from footprints_edge.drawing.overlay import LEGEND_PX, draw_legend
+from footprints_edge.drawing.style import (
+    HATCH_PERIOD,
+    HATCH_STRIPE,
+    PAPER,
+    TINT,
+    WHITE,
+    diagonal_stripes,
+)
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Rgb, Size
-from footprints_edge.prediction import Prediction
+from footprints_edge.maps.ground_maps import GroundMaps
 
-_TINT, _STRIPE, _SHADE = 0.62, 0.9, 0.5
-"""How much of the colour visible ground and stripes have, and how much the picture keeps of its
-light between stripes."""
+_STRIPE, _SHADE = 0.9, 0.5
+"""Opacity of a stripe, and the light that the picture keeps between stripes."""
 
 
 class VideoOverlay:
     """Draws predictions of frames; keeps what is the same in all of them."""
 
-    def __init__(self, *, top_down: bool = False) -> None:
+    def __init__(self, *, bev: bool = False) -> None:
         """Chooses what is drawn.
 
         Args:
-            top_down: Whether the ground seen from above stands beside each frame.
+            bev: Whether a bird's-eye view stands beside each frame.
 
         Raises:
             VideoError: If OpenCV is missing.
         """
         self._cv2 = opencv()
-        self._top_down = top_down
+        self._bev = bev
         self._size: Size | None = None
         self._stripes: Rgb = np.zeros((0, 0), np.uint8)
         self._canvas: Rgb = np.zeros((0, 0, 3), np.uint8)
         self._rows = 0
         self._colours = np.ascontiguousarray(colour_scale()[:, None, ::-1])
 
-    def draw(self, prediction: Prediction) -> Rgb:
+    def draw(self, prediction: GroundMaps) -> Rgb:
         """The frame with visible ground tinted, hidden ground hatched, and a legend below.
 
         Returns:
@@ -60,7 +67,7 @@ class VideoOverlay:
         hidden = ground & ~visible & 1
         drawn = photo.copy()
         for part, over in (
-            (visible, cv2.addWeighted(grey, 1 - _TINT, tint, _TINT, 0)),
+            (visible, cv2.addWeighted(grey, 1 - TINT, tint, TINT, 0)),
             (hidden & self._stripes, cv2.addWeighted(photo, 1 - _STRIPE, tint, _STRIPE, 0)),
             (hidden & ~self._stripes & 1, cv2.convertScaleAbs(photo, alpha=_SHADE)),
         ):
@@ -68,31 +75,33 @@ class VideoOverlay:
         thickness = max(1, round(max(size) / 600))
         for part in (hidden, visible):
             edges, _ = cv2.findContours(part, cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)
-            cv2.drawContours(drawn, edges, -1, (255, 255, 255), thickness, cv2.LINE_AA)
+            cv2.drawContours(drawn, edges, -1, WHITE, thickness, cv2.LINE_AA)
         return self._composed(drawn, prediction)
 
     def _prepare(self, size: Size) -> None:
         height, width = size
         self._size = size
         pen_px = max(1.0, max(size) / 700)
-        across = (np.arange(height)[:, None] + np.arange(width)) / np.sqrt(2)
-        self._stripes = (across % (10 * pen_px) < 4.4 * pen_px).astype(np.uint8)
+        along_row = np.sqrt(2) * pen_px
+        self._stripes = diagonal_stripes(
+            size, HATCH_PERIOD * along_row, HATCH_STRIPE * along_row
+        ).astype(np.uint8)
         legend = np.asarray(draw_legend(max(width, LEGEND_PX), height))[..., ::-1]
         self._rows = rows = height + legend.shape[0]
         columns = max(width, legend.shape[1])
-        all_columns = columns + (rows if self._top_down else 0)
+        all_columns = columns + (rows if self._bev else 0)
         self._canvas = np.empty((rows + rows % 2, all_columns + all_columns % 2, 3), np.uint8)
         self._canvas[:] = PAPER[::-1]
         self._canvas[height:rows, : legend.shape[1]] = legend
 
-    def _composed(self, drawn: Rgb, prediction: Prediction) -> Rgb:
+    def _composed(self, drawn: Rgb, prediction: GroundMaps) -> Rgb:
         """The drawn frame with the legend below and the panel beside it."""
         height, width = drawn.shape[:2]
         canvas = self._canvas.copy()
         left = (max(width, LEGEND_PX) - width) // 2
         canvas[:height, left : left + width] = drawn
-        if self._top_down:
-            panel = np.asarray(draw_panel(prediction, self._rows))[..., ::-1]
+        if self._bev:
+            panel = np.asarray(draw_bev(prediction, self._rows))[..., ::-1]
             columns = max(width, LEGEND_PX)
             canvas[: self._rows, columns : columns + panel.shape[1]] = panel
         return canvas

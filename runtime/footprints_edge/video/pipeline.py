@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from queue import Empty, Full, Queue
 from threading import Event, Semaphore, Thread
 from time import perf_counter
-from typing import Protocol, TypeAlias
+from typing import Generic, Protocol
 
 from footprints_edge.errors import FootprintsError, VideoError
 from footprints_edge.foundation.types import Rgb
-from footprints_edge.prediction import Prediction
+from footprints_edge.maps.ground_maps import GroundMaps, MapsT
 from footprints_edge.video.capture import Frame, Video
 
 WAITING = 2
@@ -19,13 +19,11 @@ WAITING = 2
 _LOOK_UP_S = 0.1
 """A stage that waits looks so often whether the others have stopped."""
 
-Predict: TypeAlias = Callable[[Rgb], Prediction]
-
 
 class Sink(Protocol):
     """Something that takes frames with their predictions, in order."""
 
-    def write(self, frame: Frame, prediction: Prediction) -> None:
+    def write(self, frame: Frame, prediction: GroundMaps) -> None:
         """Takes one."""
 
     def close(self) -> None:
@@ -60,12 +58,12 @@ class Tally:
 
 def run_pipeline(
     video: Video,
-    predict: Predict,
+    predict: Callable[[Rgb], MapsT],
     sinks: Sequence[Sink],
     progress: Callable[[Tally], None] = lambda _: None,
     *,
     at_once: int = 1,
-    then: Callable[[Prediction], Prediction] | None = None,
+    then: Callable[[MapsT], MapsT] | None = None,
 ) -> Tally:
     """Predicts every frame of a video and hands it to the sinks.
 
@@ -91,10 +89,10 @@ def run_pipeline(
     tally = Tally()
     began_s = perf_counter()
     decoder = _Decoder(video, tally)
-    predictors = _Predictors(decoder, predict, at_once)
+    predictors: _Predictors[MapsT] = _Predictors(decoder, predict, at_once)
     writer = _Writer(sinks)
 
-    def take(frame: Frame, coming: Future[Prediction] | None) -> None:
+    def take(frame: Frame, coming: Future[MapsT] | None) -> None:
         try:
             if coming is None:
                 raise VideoError("cannot be decoded")
@@ -204,15 +202,15 @@ class _Decoder(_Stage):
         self.join(timeout=10)  # a dead stream may hold it longer: the outputs come first
 
 
-class _Predictors(_Stage):
+class _Predictors(_Stage, Generic[MapsT]):
     """Hands each frame to a free thread as soon as there is one; gives the results in order."""
 
-    def __init__(self, decoder: _Decoder, predict: Predict, at_once: int) -> None:
+    def __init__(self, decoder: _Decoder, predict: Callable[[Rgb], MapsT], at_once: int) -> None:
         super().__init__()
         self._decoder, self._predict = decoder, predict
         self._pool = ThreadPoolExecutor(at_once, thread_name_prefix="predict")
         self._free = Semaphore(at_once)
-        self._underway: Queue[tuple[Frame, Future[Prediction] | None] | None] = Queue()
+        self._underway: Queue[tuple[Frame, Future[MapsT] | None] | None] = Queue()
 
     def work(self) -> None:
         try:
@@ -223,7 +221,7 @@ class _Predictors(_Stage):
         finally:
             self._underway.put(None)
 
-    def next(self) -> tuple[Frame, Future[Prediction] | None] | None:
+    def next(self) -> tuple[Frame, Future[MapsT] | None] | None:
         """The next frame, when it is predicted; None after the last one.
 
         A frame that could not be decoded has no prediction.
@@ -249,7 +247,7 @@ class _Writer(_Stage):
     def __init__(self, sinks: Sequence[Sink]) -> None:
         super().__init__()
         self._sinks = sinks
-        self._queue: Queue[tuple[Frame, Prediction] | None] = Queue(WAITING)
+        self._queue: Queue[tuple[Frame, GroundMaps] | None] = Queue(WAITING)
 
     @property
     def failed(self) -> bool:
@@ -264,7 +262,7 @@ class _Writer(_Stage):
             for sink in self._sinks:
                 sink.close()
 
-    def give(self, frame: Frame, prediction: Prediction) -> None:
+    def give(self, frame: Frame, prediction: GroundMaps) -> None:
         self._put((frame, prediction))
 
     def end(self) -> None:
@@ -272,7 +270,7 @@ class _Writer(_Stage):
         self._put(None)
         self.join()
 
-    def _put(self, item: tuple[Frame, Prediction] | None) -> None:
+    def _put(self, item: tuple[Frame, GroundMaps] | None) -> None:
         while not self.stopped.is_set():
             try:
                 self._queue.put(item, timeout=_LOOK_UP_S)

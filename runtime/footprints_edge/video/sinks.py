@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from footprints_edge.errors import OutputError
+from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.outputs.json_summary import summarise
-from footprints_edge.prediction import Prediction
 from footprints_edge.video.capture import Frame, VideoFile
 from footprints_edge.video.overlay import VideoOverlay
 from footprints_edge.video.pipeline import Sink
@@ -33,13 +33,13 @@ def video_paths(folder: Path, name: str, formats: Sequence[str]) -> dict[str, Pa
     return {key: folder / (name + SUFFIXES[key]) for key in formats}
 
 
-def open_sinks(paths: dict[str, Path], fps: float, *, top_down: bool = False) -> list[Sink]:
+def open_sinks(paths: dict[str, Path], fps: float, *, bev: bool = False) -> list[Sink]:
     """What writes the files of `video_paths`.
 
     Args:
         paths: Of each format.
         fps: Frames a second.
-        top_down: Whether the overlay shows the ground from above as well.
+        bev: Whether the overlay has a bird's-eye view beside it.
 
     Raises:
         OutputError: If a file cannot be begun.
@@ -50,7 +50,7 @@ def open_sinks(paths: dict[str, Path], fps: float, *, top_down: bool = False) ->
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             if key == "overlay":
-                sinks.append(_OverlayVideo(path, fps, top_down=top_down))
+                sinks.append(_OverlayVideo(path, fps, bev=bev))
             else:
                 sinks.append(_JsonLines(path))
         except OSError as error:
@@ -59,11 +59,11 @@ def open_sinks(paths: dict[str, Path], fps: float, *, top_down: bool = False) ->
 
 
 class _OverlayVideo:
-    def __init__(self, path: Path, fps: float, *, top_down: bool) -> None:
+    def __init__(self, path: Path, fps: float, *, bev: bool) -> None:
         self._file = VideoFile(path, fps)
-        self._overlay = VideoOverlay(top_down=top_down)
+        self._overlay = VideoOverlay(bev=bev)
 
-    def write(self, frame: Frame, prediction: Prediction) -> None:  # noqa: ARG002 - a sink's
+    def write(self, frame: Frame, prediction: GroundMaps) -> None:  # noqa: ARG002 - a sink's
         self._file.write(self._overlay.draw(prediction))
 
     def close(self) -> None:
@@ -76,7 +76,7 @@ class _JsonLines:
     def __init__(self, path: Path) -> None:
         self._file = path.open("w", encoding="ascii", buffering=1)
 
-    def write(self, frame: Frame, prediction: Prediction) -> None:
+    def write(self, frame: Frame, prediction: GroundMaps) -> None:
         facts = summarise(prediction)
         line = {"frame": frame.index, "time_s": round(frame.time_s, 4)}
         line |= {key: facts[key] for key in _EACH_FRAME}

@@ -1,7 +1,7 @@
 """Steady maps in a video: each frame's are mixed with those before, moved as the camera moved."""
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Floats, Mask
-from footprints_edge.prediction import Prediction
+from footprints_edge.maps.ground_maps import GroundMaps, MapsT
 from footprints_edge.video.ground_motion import GroundMotion
 
 MEMORY = 0.75
@@ -34,7 +34,7 @@ class _Memory:
     """The frame before: its grey picture, and its steady maps."""
 
     grey: NDArray[np.uint8]
-    prediction: Prediction
+    prediction: GroundMaps
 
 
 class Tracker:
@@ -50,7 +50,7 @@ class Tracker:
         self._flow = self._cv2.DISOpticalFlow_create(self._cv2.DISOPTICAL_FLOW_PRESET_FAST)
         self._before: _Memory | None = None
 
-    def update(self, prediction: Prediction) -> Prediction:
+    def update(self, prediction: MapsT) -> MapsT:
         """The steady version of the next frame's prediction.
 
         What is seen moves by optical flow, the ground by its plane's homography, which flow on
@@ -72,7 +72,7 @@ class Tracker:
         self._before = _Memory(grey, steady)
         return steady
 
-    def _grey(self, prediction: Prediction) -> NDArray[np.uint8]:
+    def _grey(self, prediction: GroundMaps) -> NDArray[np.uint8]:
         height, width = prediction.map_size
         small = self._cv2.resize(
             prediction.rgb, (width, height), interpolation=self._cv2.INTER_AREA
@@ -80,7 +80,7 @@ class Tracker:
         grey: NDArray[np.uint8] = self._cv2.cvtColor(small, self._cv2.COLOR_RGB2GRAY)
         return grey
 
-    def _mixed(self, now: Prediction, grey: NDArray[np.uint8], before: _Memory) -> Prediction:
+    def _mixed(self, now: MapsT, grey: NDArray[np.uint8], before: _Memory) -> MapsT:
         then = before.prediction
         flow = self._flow.calc(grey, before.grey, None)
         height, width = grey.shape
@@ -95,8 +95,7 @@ class Tracker:
         else:
             ground_at, farther = motion.before((height, width))
             ground_alike = np.ones_like(alike)  # what hides the ground does not change it
-        return replace(
-            now,
+        return now.with_maps(
             visible_ground_probability=_mixed(
                 now.visible_ground_probability,
                 self._moved(then.visible_ground_probability, seen_at),
@@ -117,7 +116,6 @@ class Tracker:
                 self._moved(then.unmasked_ground_depth_m, ground_at) / farther,
                 ground_alike,
             ),
-            laid_onto=None,  # it is the plane of the steady depth that is steady
         )
 
     def _moved(self, values: NDArray[Any], at: Floats) -> Floats:
@@ -127,7 +125,7 @@ class Tracker:
         )
         return found
 
-    def _ground_motion(self, now: Prediction, flow: Floats, alike: Mask) -> GroundMotion | None:
+    def _ground_motion(self, now: GroundMaps, flow: Floats, alike: Mask) -> GroundMotion | None:
         """How the ground moved, as its visible part shows; None where there is too little."""
         cv2 = self._cv2
         there = np.flatnonzero(now.visible_ground & alike)
@@ -144,7 +142,7 @@ class Tracker:
         return GroundMotion.from_homography(homography, now.intrinsics)
 
 
-def _depth_now(depth_before_m: Floats, motion: GroundMotion | None, now: Prediction) -> Floats:
+def _depth_now(depth_before_m: Floats, motion: GroundMotion | None, now: GroundMaps) -> Floats:
     """What was seen before, as far away as it is now; NaN where nobody knows."""
     if motion is not None:
         with suppress(GroundPlaneError):

@@ -67,6 +67,7 @@ def test_each_pass_of_a_precision_has_its_row(monkeypatch, precision, applied):
     assert [gain.name for gain in gains] == [AS_EXPORTED, *applied]
 
 
+@pytest.mark.usefixtures("exact_int8")
 def test_what_changes_in_the_maps_of_trained_weights(tmp_path):
     """The bundled weights: int8 is near float32, and the passes are nearer to int8 than that."""
     weights = Path(__file__).parents[3] / "models" / "weights" / "edge.pt"

@@ -252,6 +252,7 @@ def test_a_damaged_output_is_a_finding_and_no_crash(vectors, tmp_path):
     assert failing(check_vectors(vectors, outputs)) == {"ground", "maps"}
 
 
+@pytest.mark.usefixtures("exact_int8")
 def test_openvino_passes(vectors, manifest, tmp_path):
     pytest.importorskip("openvino", reason="the extra openvino is not installed")
     port = port_of(fp.load(engine="openvino", threads=1), manifest)

@@ -4,21 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from predictions import make_prediction
 
 from footprints_edge.drawing.colormap import colours_of
-from footprints_edge.drawing.occupancy_grid import draw_top_down
+from footprints_edge.drawing.occupancy_grid import draw_occupancy_grid
 from footprints_edge.drawing.overlay import LEGEND_PX, draw_overlay
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.navigation.occupancy_grid import HIDDEN, OCCUPIED, UNKNOWN, VISIBLE
-from footprints_edge.prediction import ModelInfo, Prediction
 
 ROWS = 40
 CELL_M = 0.1
 
 
 def drawn(cells, height_px=400, **options):
-    return np.asarray(draw_top_down(cells, CELL_M, height_px, **options)).astype(int)
+    return np.asarray(draw_occupancy_grid(cells, CELL_M, height_px, **options)).astype(int)
 
 
 def block(picture, row, column, px=10):
@@ -57,14 +57,12 @@ def prediction():
     camera = Intrinsics(100, 100, 63.5, 20.0)
     depth_m = 1.5 / (np.cos(0.35) * (np.arange(96) - 20) / 100 + np.sin(0.35))
     depth_m = np.repeat(depth_m.astype(np.float32)[:, None], 128, 1)
-    ones = np.ones((96, 128), np.float32)
-    picture = DecodedImage(np.full((360, 480, 3), 90, np.uint8))
-    model = ModelInfo("made up", "fp32", "0" * 64, "none")
-    return Prediction(ones, ones, depth_m, depth_m, picture, camera, 0.5, model, {})
+    picture = np.full((360, 480, 3), 90, np.uint8)
+    return make_prediction(depth_m, intrinsics=camera, picture=picture)
 
 
-def test_the_panel_stands_beside_an_overlay_that_stays_as_it_is(prediction):
-    plain, wide = (np.asarray(draw_overlay(prediction, top_down=on)) for on in (False, True))
+def test_the_bev_stands_beside_an_overlay_that_stays_as_it_is(prediction):
+    plain, wide = (np.asarray(draw_overlay(prediction, bev=on)) for on in (False, True))
     height, width = plain.shape[:2]
     assert wide.shape == (height, width + height, 3)
     np.testing.assert_array_equal(wide[:, :width], plain)
@@ -72,9 +70,9 @@ def test_the_panel_stands_beside_an_overlay_that_stays_as_it_is(prediction):
     assert np.abs(ahead - colours_of(np.float32([4.0]))[0]).max() < 25
 
 
-def test_without_a_plane_the_panel_knows_nothing(prediction):
-    none = replace(prediction, ground_probability=np.zeros((96, 128), np.float32))
-    panel = np.asarray(draw_overlay(none, top_down=True))[:, -200:]
+def test_without_a_plane_the_bev_is_unknown(prediction):
+    none = prediction.with_maps(ground_probability=np.zeros((96, 128), np.float32))
+    panel = np.asarray(draw_overlay(none, bev=True))[:, -200:]
     colourful = np.ptp(panel.astype(int), axis=-1) > 40
     assert not colourful.any()
 
@@ -94,11 +92,8 @@ def test_a_frame_of_a_video_shows_what_its_overlay_shows(prediction, size):
     ground[48:, :85] = 1
     rng = np.random.default_rng(0)
     rgb = rng.integers(60, 120, (*size, 3), dtype=np.uint8)
-    frame = replace(
-        prediction,
-        visible_ground_probability=visible,
-        ground_probability=ground,
-        picture=DecodedImage(rgb),
+    frame = replace(prediction, picture=DecodedImage(rgb)).with_maps(
+        visible_ground_probability=visible, ground_probability=ground
     )
     bgr = VideoOverlay().draw(frame)
     assert bgr.shape[0] % 2 == 0 and bgr.shape[1] % 2 == 0

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -34,8 +32,7 @@ def halves(tiny):
     prediction = tiny.predict(np.full((300, 600, 3), 128, np.uint8))
     left = np.zeros(prediction.map_size, np.float32)
     left[:, : left.shape[1] // 2] = 1
-    return replace(
-        prediction,
+    return prediction.with_maps(
         visible_ground_probability=left,
         ground_probability=np.ones_like(left),
         unmasked_ground_depth_m=np.full_like(left, 4.0),
@@ -50,7 +47,7 @@ def test_hidden_ground_differs_by_pattern_not_only_by_colour(halves):
 
 
 def test_the_same_distance_has_the_same_colour_on_any_picture_and_others_another(halves):
-    near = replace(halves, unmasked_ground_depth_m=np.full(halves.map_size, 1.5, np.float32))
+    near = halves.with_maps(unmasked_ground_depth_m=np.full(halves.map_size, 1.5, np.float32))
     at_4_m, at_1_5_m = (np.asarray(draw_overlay(p))[150, 100].astype(int) for p in (halves, near))
     assert np.abs(at_4_m - at_1_5_m).max() > 40
     assert at_1_5_m.sum() > at_4_m.sum()  # nearer is lighter

@@ -3,12 +3,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from predictions import make_prediction
 
 import footprints_edge as fp
 from footprints_edge.geometry.camera import Intrinsics, rays
-from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.outputs.json_summary import summarise
-from footprints_edge.prediction import ModelInfo, Prediction
 
 SIZE = (96, 128)
 CAMERA = Intrinsics(100, 105, 63.0, 20.0)
@@ -21,18 +20,7 @@ def plane_m(height_m):
 
 
 def floor(depth_m, ground=None):
-    probability = np.ones(SIZE, np.float32) if ground is None else ground.astype(np.float32)
-    return Prediction(
-        visible_ground_probability=probability,
-        ground_probability=probability,
-        visible_depth_m=depth_m,
-        unmasked_ground_depth_m=depth_m,
-        picture=DecodedImage(np.zeros((*SIZE, 3), np.uint8)),
-        intrinsics=CAMERA,
-        threshold=0.5,
-        model=ModelInfo("made up", "fp32", "0" * 64, "none"),
-        timings_ms={},
-    )
+    return make_prediction(depth_m, ground=ground, intrinsics=CAMERA)
 
 
 def test_noise_on_a_floor_goes_and_everything_else_stays():

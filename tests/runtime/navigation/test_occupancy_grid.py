@@ -1,15 +1,14 @@
 import io
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
+from predictions import make_prediction
 
 from footprints_edge.errors import GroundPlaneError, OutputError
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.ground_plane import fit_ground_plane
-from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.navigation.occupancy_grid import (
     HIDDEN,
     OCCUPIED,
@@ -17,7 +16,6 @@ from footprints_edge.navigation.occupancy_grid import (
     VISIBLE,
     OccupancyGrid,
 )
-from footprints_edge.prediction import ModelInfo, Prediction
 
 SIZE = (256, 448)
 CAMERA = Intrinsics(300, 300, 223.5, 127.5)
@@ -45,16 +43,13 @@ def exact():
     footprint = (x > BOX[0]) & (x < BOX[1]) & (y > BOX[2]) & (y < BOX[3])
     ground = (rise < -1e-3) & ~footprint
     visible = ground & (floor_m < box_m)
-    return Prediction(
-        visible_ground_probability=visible.astype(np.float32),
-        ground_probability=ground.astype(np.float32),
-        visible_depth_m=np.minimum(box_m, floor_m).astype(np.float32),
-        unmasked_ground_depth_m=floor_m.astype(np.float32),
-        picture=DecodedImage(np.zeros((*SIZE, 3), np.uint8), "room.jpg"),
+    return make_prediction(
+        floor_m,
+        ground=ground,
+        visible_ground=visible,
+        visible_depth_m=np.minimum(box_m, floor_m),
         intrinsics=CAMERA,
-        threshold=0.5,
-        model=ModelInfo("made up", "fp32", "0" * 64, "none"),
-        timings_ms={},
+        name="room.jpg",
     )
 
 
@@ -121,8 +116,7 @@ def test_far_behind_what_is_seen_nothing_is_known(scene):
     beyond = ~(forward < wall_m)
     along = (np.arange(SIZE[0]) - CAMERA.cy)[:, None] / CAMERA.fy + np.zeros(SIZE)
     to_wall_m = (wall_m / (np.cos(PITCH) - np.sin(PITCH) * along)).astype(np.float32)
-    walled = replace(
-        scene,
+    walled = scene.with_maps(
         visible_ground_probability=(~beyond).astype(np.float32),
         ground_probability=(~beyond).astype(np.float32),
         visible_depth_m=np.where(beyond, to_wall_m, scene.unmasked_ground_depth_m),
@@ -169,7 +163,7 @@ def test_what_cannot_be_is_refused(scene, tmp_path):
         scene.top_down(cell_m=0)
     with pytest.raises(ValueError, match="range_m is nan"):
         scene.top_down(range_m=float("nan"))
-    none = replace(scene, ground_probability=np.zeros(SIZE, np.float32))
+    none = scene.with_maps(ground_probability=np.zeros(SIZE, np.float32))
     with pytest.raises(GroundPlaneError, match="0 pixels are ground"):
         none.top_down()
     plane = fit_ground_plane(scene.unmasked_ground_depth_m, scene.ground, CAMERA)

@@ -7,16 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
+from predictions import make_prediction
 from typer.testing import CliRunner
 
 from footprints_edge.cli.infer import app
 from footprints_edge.errors import NoPathError, OffGroundError, OutsideError, PlanningError
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.ground_plane import GroundPlane
-from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.navigation import path_planning as planning
 from footprints_edge.navigation.path_planning import STEP_COST
-from footprints_edge.prediction import ModelInfo, Prediction
 
 pytest.importorskip("skimage")
 
@@ -31,17 +30,9 @@ def world(probability, visible=None, times=1):
     y = (np.arange(rows) - CAMERA.cy) / CAMERA.fy
     down = np.cos(PITCH) * y + np.sin(PITCH)
     depth_m = np.repeat((HEIGHT_M / down).astype(np.float32)[:, None], columns, 1)
-    probability = probability.astype(np.float32)
-    return Prediction(
-        visible_ground_probability=probability if visible is None else visible.astype(np.float32),
-        ground_probability=probability,
-        visible_depth_m=depth_m,
-        unmasked_ground_depth_m=depth_m,
-        picture=DecodedImage(np.zeros((times * rows, times * columns, 3), np.uint8)),
-        intrinsics=CAMERA,
-        threshold=0.5,
-        model=ModelInfo("made up", "fp32", "0" * 64, "none"),
-        timings_ms={},
+    picture = (times * rows, times * columns)
+    return make_prediction(
+        depth_m, ground=probability, visible_ground=visible, intrinsics=CAMERA, picture=picture
     )
 
 

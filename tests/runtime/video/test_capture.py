@@ -15,7 +15,6 @@ import pytest
 from typer.testing import CliRunner
 
 from footprints_edge.cli.infer import app
-from footprints_edge.cli.sources import is_video
 from footprints_edge.errors import ModelError, VideoError
 from footprints_edge.foundation import opencv as opencv_module
 from footprints_edge.video.capture import (
@@ -28,6 +27,7 @@ from footprints_edge.video.capture import (
     open_video,
 )
 from footprints_edge.video.pipeline import WAITING, run_pipeline
+from footprints_edge.video.sources import is_video
 
 cv2 = pytest.importorskip("cv2")
 
@@ -402,14 +402,14 @@ def test_the_command_keeps_results_and_replaces_them_when_asked(tiny_path, clip)
     assert len(lines.read_text().splitlines()) == 20
 
 
-@pytest.mark.parametrize("options", [["--smooth"], ["--panel"], ["--smooth", "--panel"]])
+@pytest.mark.parametrize("options", [["--smooth"], ["--bev"], ["--smooth", "--bev"]])
 def test_the_command_smooths_and_shows_the_ground_from_above(tiny_path, clip, options):
     assert infer(tiny_path, clip).exit_code == 0
     plain = next(open_video(f"{clip}.overlay.mp4").frames).rgb
     result = infer(tiny_path, clip, "--overwrite", *options)
     assert result.exit_code == 0, result.output
     wide = next(open_video(f"{clip}.overlay.mp4").frames).rgb
-    assert (wide.shape[1] > plain.shape[1]) == ("--panel" in options)
+    assert (wide.shape[1] > plain.shape[1]) == ("--bev" in options)
 
 
 @pytest.mark.parametrize(

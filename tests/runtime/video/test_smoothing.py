@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from predictions import make_prediction
 
 from footprints_edge import Tracker
 from footprints_edge.errors import VideoError
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.images import DecodedImage
-from footprints_edge.prediction import ModelInfo, Prediction
 
 pytest.importorskip("cv2")
 
@@ -44,17 +44,8 @@ def exact(step):
     grey = texture(x, y).astype(np.uint8)
     ground = ((y > BORDER_M[0]) & (y < BORDER_M[1])).astype(np.float32)
     depth_m = depth_m.astype(np.float32)
-    return Prediction(
-        visible_ground_probability=ground,
-        ground_probability=ground,
-        visible_depth_m=depth_m,
-        unmasked_ground_depth_m=depth_m,
-        picture=DecodedImage(np.repeat(grey[..., None], 3, axis=2)),
-        intrinsics=CAMERA,
-        threshold=0.5,
-        model=ModelInfo("made up", "fp32", "0" * 64, "none"),
-        timings_ms={},
-    )
+    picture = np.repeat(grey[..., None], 3, axis=2)
+    return make_prediction(depth_m, ground=ground, intrinsics=CAMERA, picture=picture)
 
 
 def noisy(prediction, rng):
@@ -64,8 +55,7 @@ def noisy(prediction, rng):
         return np.clip(probability + rng.normal(0, 0.3, SIZE), 0, 1).astype(np.float32)
 
     factor = np.exp(rng.normal(0, 0.1, SIZE)).astype(np.float32)
-    return replace(
-        prediction,
+    return prediction.with_maps(
         visible_ground_probability=disturbed(prediction.visible_ground_probability),
         ground_probability=disturbed(prediction.ground_probability),
         visible_depth_m=prediction.visible_depth_m * factor,
@@ -129,8 +119,8 @@ def test_the_ground_plane_is_that_of_the_steady_depth():
     for step in range(16):
         truth = exact(step)
         factor = np.float32(np.exp(rng.normal(0, 0.1)))
-        raw = replace(
-            truth, unmasked_ground_depth_m=truth.unmasked_ground_depth_m * factor
+        raw = truth.with_maps(
+            unmasked_ground_depth_m=truth.unmasked_ground_depth_m * factor
         ).flattened()
         assert raw.laid_onto is not None
         steady = tracker.update(raw)
@@ -145,8 +135,8 @@ def test_after_a_cut_nothing_is_remembered():
         tracker.update(exact(step))
     dark = DecodedImage(np.full((*SIZE, 3), 5, np.uint8))
     none = np.zeros(SIZE, np.float32)
-    other = replace(
-        exact(4), picture=dark, visible_ground_probability=none, ground_probability=none
+    other = replace(exact(4), picture=dark).with_maps(
+        visible_ground_probability=none, ground_probability=none
     )
     steady = tracker.update(other)
     assert not steady.visible_ground.any()

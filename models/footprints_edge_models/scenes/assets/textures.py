@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge.cli.sources import SUFFIXES
+from footprints_edge.inputs.image_files import IMAGE_SUFFIXES
 
 Split: TypeAlias = Literal["train", "test"]
 SPLITS: tuple[Split, ...] = get_args(Split)
@@ -495,7 +495,7 @@ class TextureLibrary:
             path
             for folder in folders
             for path in sorted(folder.rglob("*"))
-            if path.suffix.lower() in SUFFIXES
+            if path.suffix.lower() in IMAGE_SUFFIXES
         ]
         return cls(split, tuple(p for p in found if photo_split(p) == split))
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from footprints_edge.cli.sources import SUFFIXES
+from footprints_edge.inputs.image_files import IMAGE_SUFFIXES
 from footprints_edge_bench.ground_truth.base import GroundTruthError
 
 
@@ -13,6 +13,6 @@ def image_named(folder: Path, stem: str) -> Path:
         GroundTruthError: there is none.
     """
     for path in sorted(folder.glob(f"{stem}.*")):
-        if path.suffix.lower() in SUFFIXES:
+        if path.suffix.lower() in IMAGE_SUFFIXES:
             return path
     raise GroundTruthError(f"{folder}: no image named {stem}; add it, as .jpg or .png")

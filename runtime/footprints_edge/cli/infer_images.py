@@ -1,0 +1,79 @@
+"""The part of `fp-infer` that reads pictures."""
+
+import sys
+from typing import TYPE_CHECKING
+
+import typer
+
+from footprints_edge.cli.batch import Batch, Task
+from footprints_edge.cli.exit_codes import complain
+from footprints_edge.cli.progress import ProgressLine, bar
+from footprints_edge.errors import FootprintsError, ImageError
+
+if TYPE_CHECKING:
+    from footprints_edge.model import Camera, Model
+    from footprints_edge.prediction import Prediction
+
+
+def infer_images(
+    batch: Batch,
+    model: "Model",
+    camera: "Camera | None",
+    threshold: float,
+    *,
+    quiet: bool,
+    verbose: bool,
+) -> None:
+    """Does a batch's tasks and prints the files written.
+
+    A picture that fails is added to the batch's failures; the others still come out.
+    """
+    progress = ProgressLine(shown=len(batch.tasks) > 1 and not quiet)
+    for done, task in enumerate(batch.tasks):
+        progress.show(bar(done, len(batch.tasks), task.source.label))
+        try:
+            prediction = _predict_and_write(task, model, camera, threshold)
+        except FootprintsError as error:
+            batch.failures.append(str(error))
+            continue
+        except Exception as error:  # whatever it is, the other pictures still come out
+            reason = f"{type(error).__name__}: {error}"
+            batch.failures.append(f"{task.source.label} cannot be processed: {reason}")
+            continue
+        progress.clear()
+        if verbose:
+            complain(_line_about(task, prediction))
+        for path in task.targets:
+            typer.echo(path)
+    progress.clear()
+
+
+def _predict_and_write(
+    task: Task, model: "Model", camera: "Camera | None", threshold: float
+) -> "Prediction":
+    from footprints_edge.outputs.writers import write
+
+    image = task.source.path or _standard_input()
+    prediction = model.predict(image, intrinsics=camera, threshold=threshold)
+    write(prediction, task.targets)
+    return prediction
+
+
+def _standard_input() -> bytes:
+    data = sys.stdin.buffer.read() if sys.stdin else b""
+    if not data:
+        raise ImageError("standard input is empty; pipe a picture into it")
+    return data
+
+
+def _line_about(task: Task, prediction: "Prediction") -> str:
+    height, width = prediction.image_size
+    camera = prediction.intrinsics
+    timings = ", ".join(f"{stage} {ms:.1f}" for stage, ms in prediction.timings_ms.items())
+    return (
+        f"{task.source.label}: {width} x {height} px, "
+        f"visible ground {prediction.visible_ground.mean():.0%}, "
+        f"hidden {prediction.hidden_ground.mean():.0%}, "
+        f"field of view {camera.hfov_deg(prediction.map_size):.0f} degrees ({camera.source}), "
+        f"ms: {timings}"
+    )

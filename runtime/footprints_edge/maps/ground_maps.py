@@ -1,0 +1,216 @@
+"""The data of a prediction: four maps, their masks, their camera and their picture."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Self, TypeVar
+
+import numpy as np
+
+from footprints_edge.errors import MissingMapError
+from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.geometry.ground_plane import GroundPlane, fit_ground_plane
+from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.maps.decode import DecodedMaps
+from footprints_edge.maps.resize import resize_depth, resize_map
+
+MAPS = (
+    "visible_ground_probability",
+    "ground_probability",
+    "visible_depth_m",
+    "unmasked_ground_depth_m",
+)
+"""The maps that a network fills, in the order of its output."""
+
+
+@dataclass(frozen=True)
+class ModelInfo:
+    """Which model a prediction is from.
+
+    Attributes:
+        name: The model's name.
+        precision: `fp32`, `fp16` (weights only) or `int8`.
+        sha256: SHA-256 of the model file.
+        runtime: Program and version that ran it, and on what if not on the CPU.
+    """
+
+    name: str
+    precision: str
+    sha256: str
+    runtime: str
+
+
+MapsT = TypeVar("MapsT", bound="GroundMaps")
+"""What goes through a stage and comes out as the same class."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GroundMaps:
+    """Walkable ground, seen and hidden, and depths. All maps have one size (h, w).
+
+    Masks follow from the probabilities and the threshold. A map that the model file lacks
+    (`fp-export convert --outputs`) raises `MissingMapError` when it is read; see `has`.
+
+    Attributes:
+        maps: The four maps.
+        picture: The upright picture, for overlays and coloured points.
+        intrinsics: The camera in the maps' own pixels, and where it came from.
+        threshold: Probability above which a pixel counts as ground.
+        model: Which model the maps are from.
+        timings_ms: Milliseconds by stage: decode, preprocess, inference, postprocess.
+        laid_onto: The plane that the ground's depth was laid onto; None where the depth is the
+            network's own. It is `ground_plane()` then.
+    """
+
+    maps: DecodedMaps
+    picture: DecodedImage
+    intrinsics: Intrinsics
+    threshold: float
+    model: ModelInfo
+    timings_ms: Mapping[str, float] = field(default_factory=dict)
+    laid_onto: GroundPlane | None = None
+
+    def __repr__(self) -> str:
+        height, width = self.map_size
+        has_masks = self.has("ground_probability")
+        ground = f"ground {self.ground.mean():.0%}" if has_masks else "no masks"
+        return (
+            f"<{type(self).__name__} of {self.name or 'an image'}: {ground}, maps {height} x "
+            f"{width}, image {self.image_size[0]} x {self.image_size[1]}, "
+            f"camera {self.intrinsics.source}, model {self.model.name}>"
+        )
+
+    @property
+    def visible_ground_probability(self) -> Floats:
+        """float32 (h, w): probability that the surface seen here is walkable (the paper's S)."""
+        return self._map("visible_ground_probability")
+
+    @property
+    def ground_probability(self) -> Floats:
+        """float32 (h, w): probability that the ray meets walkable ground, seen or hidden (S*)."""
+        return self._map("ground_probability")
+
+    @property
+    def visible_depth_m(self) -> Floats:
+        """float32 (h, w): metres along the optical axis to the surface seen (the paper's D)."""
+        return self._map("visible_depth_m")
+
+    @property
+    def unmasked_ground_depth_m(self) -> Floats:
+        """float32 (h, w): metres along the optical axis to where ground would be (D*).
+
+        Equal to `ground_depth_m` where there is ground.
+        """
+        return self._map("unmasked_ground_depth_m")
+
+    def _map(self, name: str) -> Floats:
+        values: Floats | None = getattr(self.maps, name)
+        if values is None:
+            kind, others = ("depths", "masks") if name.endswith("_m") else ("masks", "depths")
+            raise MissingMapError(
+                f"{name} is not there: model {self.model.name!r} has no {kind}, it was converted "
+                f"with --outputs {others}; use one with all maps"
+            )
+        return values
+
+    def has(self, name: str) -> bool:
+        """Whether one of the four maps is there, by its name here."""
+        return name in MAPS and getattr(self.maps, name) is not None
+
+    def with_maps(self, *, laid_onto: GroundPlane | None = None, **maps: Floats) -> Self:
+        """The same prediction with some maps replaced.
+
+        Args:
+            laid_onto: The plane that a replaced ground depth lies on, if it does.
+            **maps: New maps, float32 (h, w), by their names here.
+        """
+        if "unmasked_ground_depth_m" not in maps:
+            laid_onto = self.laid_onto
+        return replace(self, maps=replace(self.maps, **maps), laid_onto=laid_onto)
+
+    @cached_property
+    def visible_ground(self) -> Mask:
+        """Bool (h, w): the surface seen at this pixel is walkable (the paper's S)."""
+        return self.visible_ground_probability > self.threshold
+
+    @cached_property
+    def ground(self) -> Mask:
+        """Bool (h, w): the ray meets a walkable surface, seen or hidden (the paper's S*)."""
+        return self.ground_probability > self.threshold
+
+    @cached_property
+    def hidden_ground(self) -> Mask:
+        """Bool (h, w): there is ground, but something stands in front of it."""
+        return self.ground & ~self.visible_ground
+
+    @cached_property
+    def ground_depth_m(self) -> Floats:
+        """float32 (h, w), metres to the walkable surface; NaN where `ground` is False."""
+        return np.where(self.ground, self.unmasked_ground_depth_m, np.float32(np.nan))
+
+    @cached_property
+    def _ground_plane(self) -> GroundPlane:
+        if self.laid_onto is not None:
+            return self.laid_onto
+        return fit_ground_plane(self.unmasked_ground_depth_m, self.ground, self.intrinsics)
+
+    def ground_plane(self) -> GroundPlane:
+        """The plane that the ground lies in, with the camera's height and pitch above it.
+
+        Raises:
+            GroundPlaneError: If there is too little ground to carry a plane.
+        """
+        return self._ground_plane
+
+    @property
+    def map_size(self) -> Size:
+        """(h, w) of the maps."""
+        height, width = next(self._map(name).shape for name in MAPS if self.has(name))
+        return height, width
+
+    @property
+    def image_size(self) -> Size:
+        """(H, W) of the upright picture."""
+        return self.picture.size
+
+    @property
+    def rgb(self) -> Rgb:
+        """uint8 (H, W, 3), the upright picture; decoded at its own size when first read."""
+        return self.picture.rgb
+
+    @property
+    def name(self) -> str | None:
+        """File name of the picture, None where it has none."""
+        return self.picture.name
+
+    @property
+    def path(self) -> Path | None:
+        """The picture's file, None where it was not read from one."""
+        return self.picture.path
+
+    def at_image_size(self) -> Self:
+        """The same prediction with maps of the picture's own size."""
+        return self.at_size(self.image_size)
+
+    def at_size(self, size: Size) -> Self:
+        """The same prediction with maps of another size.
+
+        Probabilities are interpolated before the threshold, depths as inverse depths.
+
+        Args:
+            size: (h, w) of the new maps.
+        """
+        if size == self.map_size:
+            return self
+        resized = {
+            name: (resize_depth if name.endswith("_m") else resize_map)(self._map(name), size)
+            for name in MAPS
+            if self.has(name)
+        }
+        return replace(
+            self,
+            maps=replace(self.maps, **resized),
+            intrinsics=self.intrinsics.scaled(self.map_size, size),
+        )

@@ -1,0 +1,21 @@
+"""Maps at another size."""
+
+import numpy as np
+from PIL import Image
+
+from footprints_edge.foundation.types import Floats, Size
+
+
+def resize_map(values: Floats, size: Size) -> Floats:
+    """A map, float32 (h, w), at another size: bilinear, antialiased where it shrinks."""
+    height, width = size
+    image = Image.fromarray(values).resize((width, height), Image.Resampling.BILINEAR)
+    return np.array(image)
+
+
+def resize_depth(depth_m: Floats, size: Size) -> Floats:
+    """A depth map, float32 (h, w), at another size, interpolated as inverse depth.
+
+    Along a plane the inverse depth is affine in the pixel, so interpolation keeps planes flat.
+    """
+    return np.reciprocal(resize_map(np.reciprocal(depth_m), size))
