@@ -1,12 +1,12 @@
 """Options that several commands share."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from footprints_edge.foundation.size_text import parse_size
-from footprints_edge.foundation.types import Size
+if TYPE_CHECKING:
+    from footprints_edge.foundation.types import Size
 
 EDGE_CHECKPOINT = Path("models/weights/edge.pt")
 
@@ -68,12 +68,14 @@ ReferenceSizes = Annotated[
 ]
 
 
-def network_size(text: str) -> Size:
+def network_size(text: str) -> "Size":
     """Input size (H, W) of a network from text such as ``192x640``.
 
     Raises:
         typer.BadParameter: the text is not a size, or a network cannot have it.
     """
+    from footprints_edge.foundation.size_text import parse_size
+
     try:
         height, width = parse_size(text)
     except ValueError as error:

@@ -42,11 +42,6 @@ class LabelCamera:
     size: Size
     intrinsics: Intrinsics
 
-    def shrunk(self, factor: int) -> "LabelCamera":
-        """The same camera with images whose sides are this many times shorter."""
-        size = (self.size[0] // factor, self.size[1] // factor)
-        return LabelCamera(size, self.intrinsics.scaled(self.size, size))
-
     def pixel_of(self, x: float, y: float, z: float) -> int | None:
         """Row-major index of the pixel that shows a point; None outside the image."""
         if z <= 0:

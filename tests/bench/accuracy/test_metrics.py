@@ -43,7 +43,7 @@ def test_scores_are_the_reference_s(evaluation):
             assert same(getattr(depth, measure), scores["hidden_depth"][measure])
 
 
-def test_what_is_not_known_is_not_scored(evaluation):
+def test_what_is_not_valid_is_not_scored(evaluation):
     inputs, expected = evaluation
     true, predicted = inputs["gt_0"] > 0.1, inputs["pred_0"] > 0.5
     wide_true = np.concatenate([true, ~true])
@@ -75,7 +75,7 @@ def test_pooled_scores_are_those_of_one_large_image(first, second):
         assert large.f1 == pytest.approx(2 * large.iou / (1 + large.iou))
 
 
-def test_an_empty_truth_says_nothing_and_an_empty_prediction_is_all_wrong():
+def test_an_empty_ground_truth_says_nothing_and_an_empty_prediction_is_all_wrong():
     assert all(math.isnan(getattr(MaskCounts(0, 7, 0), measure)) for measure in MASKS)
     assert all(getattr(MaskCounts(0, 0, 7), measure) == 0 for measure in MASKS)
 

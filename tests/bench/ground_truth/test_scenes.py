@@ -1,5 +1,7 @@
 """Synthetic scenes as ground truth: what the generator knows, as the benchmark sees it."""
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -67,3 +69,13 @@ def test_boxes_and_voxels_come_with_the_scenes(ground_truths):
         left = without_footprints(everything, ground_truth.boxes, ground_truth.intrinsics)
         taken += (~left & ground_truth.ground.valid & ~ground_truth.ground.mask).sum()
     assert taken > 0, "no box stands on anything that is not ground"
+
+
+def test_a_renamed_folder_keeps_its_boxes(scenes, tmp_path):
+    renamed = tmp_path / "renamed"
+    shutil.copytree(scenes, renamed)
+    before, after = (
+        open_dataset(folder, ReadingOptions(), Subset()) for folder in (scenes, renamed)
+    )
+    for one, other in zip(before.items, after.items, strict=True):
+        assert len(one.load().boxes) == len(other.load().boxes) > 0

@@ -38,7 +38,7 @@ def measured(tmp_path_factory):
 def test_ours_stand_below_the_papers_and_apart(measured):
     lines = [line for line in measured.as_markdown().splitlines() if line.startswith("|")]
     _, _, *rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
-    assert [row[2] for row in rows] == ["paper, its hardware"] * 4 + ["measured here"]
+    assert [row[2] for row in rows] == ["by the paper"] * 4 + ["here"]
     assert [row[3:] for row in rows[:4]] == [
         ["43", "66"],
         ["-", "0.417"],

@@ -1,4 +1,4 @@
-"""Free space from above, on synthetic scenes: exact maps against the exact floor plan."""
+"""Occupancy grids of synthetic scenes: exact maps against the exact floor plan."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Flicker, on a made-up clip whose flicker is known."""
+"""Flicker, on a synthetic clip whose flicker is known."""
 
 from dataclasses import replace
 from types import SimpleNamespace
