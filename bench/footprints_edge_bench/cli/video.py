@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from footprints_edge.cli.exit_codes import explained
-from footprints_edge_bench.cli.options import JsonFile, OneModel, Threads
+from footprints_edge_bench.cli.options import JsonFile, OneModel
 
 
 def video_command(
@@ -14,7 +14,10 @@ def video_command(
     *,
     output: JsonFile = None,
     model: OneModel = None,
-    threads: Threads = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(min=1, max=256, help="Number of threads to use.  [default: all usable cores]"),
+    ] = None,
     length: Annotated[
         int,
         typer.Option(min=400, help="Number of frames; the video is repeated to reach it."),
