@@ -1,23 +1,31 @@
 PYTHON ?= python3
 VENV ?= .venv
 DEMO_VENV ?= .venv-demo
+DOCS_VENV ?= .venv-docs
 DIST ?= dist
+SITE ?= site
 WEB := examples/web
+
+# PyPI's torch for Linux is a CUDA build of several GB. Of the same version, pip prefers the CPU build
+# that this page lists; where the page cannot be reached, it warns and takes what it finds elsewhere.
+TORCH := torch==2.13.0 --find-links https://download.pytorch.org/whl/cpu/torch/ --retries 1 --timeout 10
 
 # Holds for the build environments that pip makes on its way, too.
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format types wheel web test-web clean
+.PHONY: help demo test lint format types docs wheel web test-web clean
 
 help: ## what can be made
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 10
 
-demo: $(DEMO_VENV)/installed ## install the runtime alone, find the ground in the example picture
-	$(DEMO_VENV)/bin/fp-infer examples/room.jpg -o out --overwrite
-	@echo "Open $(CURDIR)/out/room.jpg.overlay.png"
+demo: $(DEMO_VENV)/installed ## install the runtime alone, find the floor in examples/office.jpg
+	@$(DEMO_VENV)/bin/fp-infer examples/office.jpg -o out --format overlay,json --overwrite --quiet >/dev/null
+	@$(DEMO_VENV)/bin/python examples/read_result.py out/office.jpg.json
+	@echo "Open $(CURDIR)/out/office.jpg.overlay.png"
 
 test: $(VENV)/installed ## run all tests
+	@echo "Running about 1,200 tests: about 7 minutes on two cores."
 	$(VENV)/bin/python -m pytest
 
 lint: $(VENV)/installed ## check style and formatting
@@ -30,6 +38,10 @@ format: $(VENV)/installed ## format the code
 
 types: $(VENV)/installed ## check types
 	$(VENV)/bin/mypy
+
+docs: $(DOCS_VENV)/installed ## build the documentation into SITE
+	NO_MKDOCS_2_WARNING=1 $(DOCS_VENV)/bin/mkdocs build --strict --clean --site-dir $(abspath $(SITE))
+	@echo "Open $(abspath $(SITE))/index.html"
 
 wheel: $(VENV)/installed ## build the wheel into DIST
 	$(VENV)/bin/python -m build --wheel --outdir $(DIST)
@@ -47,18 +59,26 @@ test-web: $(VENV)/installed $(WEB)/node_modules/installed ## test the web page i
 	PYTHON=$(abspath $(VENV)/bin/python) npm --prefix $(WEB) run test:browser
 
 clean: ## remove environments and builds
-	rm -rf $(VENV) $(DEMO_VENV) build $(DIST) out $(WEB)/node_modules $(WEB)/dist $(WEB)/tests/fixtures
+	rm -rf $(VENV) $(DEMO_VENV) $(DOCS_VENV) build $(DIST) $(SITE) out $(WEB)/node_modules $(WEB)/dist $(WEB)/tests/fixtures
 
 $(DEMO_VENV)/installed: pyproject.toml constraints.txt $(shell find runtime -name "*.py" -o -name "*.onnx")
+	@echo "Installing footprints-edge with numpy, onnxruntime, Pillow and typer into $(DEMO_VENV): some 225 MB."
 	$(PYTHON) -m venv $(DEMO_VENV)
 	$(DEMO_VENV)/bin/pip install -q .
 	@touch $@
 
-# torch comes first and by its pin: a plain range would pull gigabytes of CUDA packages.
+# torch comes first, so that the extras find it there.
 $(VENV)/installed: pyproject.toml constraints.txt
+	@echo "Installing torch for CPUs, then all extras and the tools, into $(VENV): some 2.2 GB, a few minutes."
 	$(PYTHON) -m venv $(VENV)
-	$(VENV)/bin/pip install -q torch==2.13.0
-	$(VENV)/bin/pip install -q -e '.[dev]'
+	$(VENV)/bin/pip install $(TORCH)
+	$(VENV)/bin/pip install -e '.[dev]'
+	@touch $@
+
+$(DOCS_VENV)/installed: pyproject.toml constraints.txt
+	@echo "Installing the runtime, MkDocs and its theme into $(DOCS_VENV): some 370 MB."
+	$(PYTHON) -m venv $(DOCS_VENV)
+	$(DOCS_VENV)/bin/pip install -q -e '.[docs]'
 	@touch $@
 
 $(WEB)/node_modules/installed: $(WEB)/package.json $(WEB)/package-lock.json

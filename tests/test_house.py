@@ -17,6 +17,7 @@ ORDER = {
     "footprints_edge": (
         "errors",
         "foundation",
+        "parallel",
         "geometry",
         "inputs",
         "model_files",
@@ -31,6 +32,18 @@ ORDER = {
         "__init__",
         "cli",
         "__main__",
+    ),
+    "footprints_edge_models": (
+        "__init__",
+        "sample",
+        "networks",
+        "mapping",
+        "sequences",
+        "video_labels",
+        "scenes",
+        "data",
+        "training",
+        "cli",
     ),
 }
 """The parts of each package, lowest first: each imports only itself and what stands before it."""
@@ -115,7 +128,11 @@ def test_the_runtime_imports_none_of_the_others_nor_what_they_need():
 
 @pytest.mark.parametrize(
     ("library", "file"),
-    [("onnxruntime", "engines/onnxruntime_engine"), ("cv2", "foundation/opencv")],
+    [
+        ("onnxruntime", "engines/onnxruntime_engine"),
+        ("cv2", "foundation/opencv"),
+        ("ray", "parallel/on_ray"),
+    ],
 )
 def test_one_file_of_the_runtime_knows_each_large_library(library, file):
     users = {

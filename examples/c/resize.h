@@ -1,4 +1,4 @@
-/* Antialiased resizing with the arithmetic of Pillow's Image.resize; see docs/embedding.md. */
+/* Antialiased resizing with the arithmetic of Pillow's Image.resize; see docs/porting.md. */
 #ifndef RESIZE_H
 #define RESIZE_H
 

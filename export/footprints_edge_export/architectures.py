@@ -9,8 +9,7 @@ from torch import nn
 
 from footprints_edge_export.partial_networks import EdgePart, ReferencePart
 from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
-from footprints_edge_models.networks.edge import FOCAL_PX, EdgeNetwork
-from footprints_edge_models.networks.reference import ReferenceNetwork
+from footprints_edge_models.networks.registry import NETWORKS
 
 
 @dataclass(frozen=True)
@@ -19,7 +18,7 @@ class Architecture:
 
     Attributes:
         build: makes the network, untrained. It takes RGB float32 (B, 3, H, W) in [0, 1], H and W
-            multiples of 32, and gives the raw channels of ``footprints_edge_models.maps``.
+            multiples of 32, and gives the raw channels (see ``networks.channels``).
         focal_px: focal length of its canonical camera; None where depths are as trained.
         licence: of its weights, where the caller states none.
         notice: what the user of its weights must know, said once at each conversion.
@@ -36,19 +35,16 @@ class Architecture:
     notice: str = ""
 
 
+def _architecture(name: str, part: type[EdgePart | ReferencePart]) -> Architecture:
+    spec = NETWORKS[name]
+    return Architecture(spec.build, part, part.SCALES, spec.focal_px, spec.licence, spec.notice)
+
+
 ARCHITECTURES = {
-    "edge": Architecture(EdgeNetwork, EdgePart, EdgePart.SCALES, FOCAL_PX, "unstated"),
-    "reference": Architecture(
-        ReferenceNetwork,
-        ReferencePart,
-        ReferencePart.SCALES,
-        None,
-        "Niantic Footprints licence: non-commercial use only",
-        "The published checkpoints are licensed for non-commercial use only and may not be "
-        "redistributed; cite Watson et al., Footprints and Free Space from a Single Color Image, "
-        "CVPR 2020.",
-    ),
+    "edge": _architecture("edge", EdgePart),
+    "reference": _architecture("reference", ReferencePart),
 }
+"""By name; what a network is, says ``footprints_edge_models.networks.registry``."""
 
 
 def trained(architecture: str, checkpoint: Path) -> nn.Module:

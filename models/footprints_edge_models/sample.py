@@ -1,4 +1,4 @@
-"""One training sample: a picture and what is known of its four maps."""
+"""One training sample: an image and the labels of its four maps, as far as they are known."""
 
 from dataclasses import dataclass
 from typing import TypeVar
@@ -9,28 +9,26 @@ from numpy.typing import NDArray
 
 from footprints_edge.geometry.camera import Intrinsics
 
-NO, YES, UNSEEN, TAKEN, UNKNOWN = 0, 1, 2, 3, 255
-"""Label values: known not to be ground; known to be; watched but never seen (the paper's prior
-applies, eq. 3c); known not to be, for a thing stands on that very spot (its footprint); nothing
-known."""
+NO, YES, UNSEEN, FOOTPRINT, UNKNOWN = 0, 1, 2, 3, 255
+"""Label values: not ground; ground; watched by a video, but no frame saw ground there (the paper's
+eq. 3c applies); the footprint of an object, on which nobody can walk; no label."""
 
 LONGEST_SIDE_PX = 512
-"""Pictures are kept no larger than this: the network sees about 448."""
+"""Images are shrunk to this: the network sees about 448 pixels."""
 
 ScalarT = TypeVar("ScalarT", bound=np.generic)
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A picture with its labels, all of the same (H, W).
+    """An image with its labels, all of the same (H, W).
 
     Attributes:
-        name: source and frame, for messages.
+        name: dataset and frame.
         image: uint8 (H, W, 3), RGB.
-        intrinsics: the camera, in pixels of this picture; assumed where nobody measured it.
+        intrinsics: of the camera, in pixels of this image; assumed where they were not measured.
         visible_ground: uint8 (H, W): NO, YES or UNKNOWN.
-        ground: uint8 (H, W): NO or TAKEN (untraversable), YES (traversable), UNSEEN
-            or UNKNOWN.
+        ground: uint8 (H, W): NO or FOOTPRINT (untraversable), YES (traversable), UNSEEN or UNKNOWN.
         visible_depth_m: float16 (H, W), metres along the optical axis, 0 = unknown; or None.
         ground_depth_m: float16 (H, W), likewise, of the walkable surface on the ray; or None.
         moving: uint8 (H, W), 1 where a moving object hides whatever ground there is; or None.
@@ -47,7 +45,7 @@ class Sample:
 
 
 def shrunk(sample: Sample) -> Sample:
-    """The sample with its longest side at most ``LONGEST_SIDE_PX``."""
+    """The sample, its longest side shrunk to at most ``LONGEST_SIDE_PX``."""
     height, width = sample.image.shape[:2]
     size = within((height, width))
     if size == (height, width):

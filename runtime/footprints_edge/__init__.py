@@ -1,11 +1,11 @@
-"""Where one can walk, seen and hidden, and how far away that is: from a single photo, on a CPU.
+"""Find walkable ground, seen and hidden, and its distance in metres: from one photo, on a CPU.
 
     import footprints_edge as fp
 
     model = fp.load()
     prediction = model.predict("street.jpg")
 
-The public names load on first use, so that ``import footprints_edge`` costs next to nothing.
+The public names load on first use, so ``import footprints_edge`` is cheap.
 """
 
 from importlib import import_module
@@ -60,7 +60,7 @@ _PUBLIC = {
 }
 _HOME_OF = {name: module for module, names in _PUBLIC.items() for name in names}
 
-__all__ = sorted(_HOME_OF)  # noqa: PLE0605 - made of the table above
+__all__ = sorted(_HOME_OF)  # noqa: PLE0605 - built from the table above
 
 
 def __getattr__(name: str) -> object:

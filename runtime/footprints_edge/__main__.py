@@ -1,4 +1,4 @@
-"""``python -m footprints_edge`` is ``fp-infer``."""
+"""``python -m footprints_edge`` runs ``fp-infer``."""
 
 from footprints_edge.cli.infer import main
 

@@ -1,49 +1,49 @@
-"""Every error that this package raises on purpose: what happened, with which value, what to do."""
+"""The package's exceptions. A message says what happened, with which value, and what to do."""
 
 
 class FootprintsError(Exception):
-    """Base of all errors of footprints-edge; catching it catches every one below."""
+    """Base class of all errors of footprints-edge."""
 
 
 class ImageError(FootprintsError):
-    """An input is no usable picture: not an image, truncated, empty, hostile, of a wrong dtype."""
+    """An input is not a usable picture: not an image, truncated, empty, hostile, or wrong dtype."""
 
 
 class IntrinsicsError(FootprintsError):
-    """Camera intrinsics or a field of view that no camera has."""
+    """Camera intrinsics or a field of view are impossible."""
 
 
 class ModelError(FootprintsError):
-    """A model is unknown, damaged, foreign to the file contract, or cannot run here."""
+    """A model is unknown, damaged, breaks the file contract, or cannot run here."""
 
 
 class MissingMapError(FootprintsError, AttributeError):
-    """A map was read that the model file does not have: one without masks, or without depths."""
+    """The model file lacks the map that was read: it has no masks, or no depths."""
 
 
 class OutputError(FootprintsError):
-    """A result cannot be written: unknown format, file in the way, no such folder."""
+    """A result cannot be written: unknown format, existing file, no such folder."""
 
 
 class GroundPlaneError(FootprintsError):
-    """No plane can be fitted to the ground: too little of it, in one line, above the camera."""
+    """No plane fits the ground: too few pixels, all in one line, or a plane above the camera."""
 
 
 class PlanningError(FootprintsError):
-    """Base of what keeps a path from being planned; the ones below say which."""
+    """A path cannot be planned. Base class of the more specific reasons below."""
 
 
 class OutsideError(PlanningError):
-    """A start or goal is outside the picture."""
+    """The start or the goal is outside the picture."""
 
 
 class OffGroundError(PlanningError):
-    """A start or goal is not on the ground, or too near to an obstacle for the margin."""
+    """The start or the goal is not on the ground, or closer to an obstacle than the margin."""
 
 
 class NoPathError(PlanningError):
-    """Start and goal are on the ground, but no way on the ground joins them."""
+    """The start and the goal are on the ground, but no path over the ground connects them."""
 
 
 class VideoError(FootprintsError):
-    """A video or camera cannot be opened or read on, or OpenCV is missing."""
+    """A video or camera cannot be opened or read, or OpenCV is missing."""

@@ -1,4 +1,4 @@
-"""Loading a model and predicting with it: the stages, in order."""
+"""Load a model and predict with it: the stages, in order."""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -26,39 +26,39 @@ from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge.prediction import Prediction
 
 Camera: TypeAlias = Intrinsics | Callable[[Size], Intrinsics]
-"""A camera in the pixels of the upright picture, or how to make one for a picture's (H, W)."""
+"""A camera in pixels of the upright picture, or a function from the picture's (H, W) to one."""
 
 
 class Model:
-    """A loaded model. It keeps no state between calls: one object may serve many threads."""
+    """A loaded model. It keeps no state between calls, so many threads may share it."""
 
     def __init__(self, engine: Engine) -> None:
         """Reads the metadata of a loaded file.
 
         Raises:
-            ModelError: If the metadata is missing or asks for something that is not there.
+            ModelError: If the metadata is missing, or names an unknown filter or a bad input size.
         """
         self.engine = engine
         self.metadata = ModelMetadata.from_props(engine.props, engine.path)
         if self.metadata.resize not in FILTERS:
             raise ModelError(
-                f"{engine.path} wants its input resized with {self.metadata.resize!r}; "
-                f"this version knows {', '.join(FILTERS)}; upgrade footprints-edge"
+                f"{engine.path} needs its input resized with {self.metadata.resize!r}; "
+                f"this version supports {', '.join(FILTERS)}; upgrade footprints-edge"
             )
         if engine.input_size and any(side % STRIDE for side in engine.input_size):
             raise ModelError(
-                f"{engine.path} is fixed to {engine.input_size}; both sides must be "
-                f"multiples of {STRIDE}"
+                f"{engine.path} has the fixed input size {engine.input_size}; both sides must be "
+                f"multiples of {STRIDE}; convert it again"
             )
 
     @property
     def path(self) -> Path:
-        """The file that it runs."""
+        """The model file."""
         return self.engine.path
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of that file."""
+        """SHA-256 of the model file."""
         return self.engine.sha256
 
     @property
@@ -67,11 +67,11 @@ class Model:
         return self.metadata.name
 
     def input_size(self, image_size: Size) -> Size:
-        """The (h, w) at which the network sees a picture of `image_size` (H, W)."""
+        """The network's input size (h, w) for a picture of `image_size` (H, W)."""
         return self.engine.input_size or working_size(image_size)
 
     def decode(self, image: ImageSource) -> DecodedImage:
-        """Reads a picture, no larger than is worth it for this model; see `images.decode`.
+        """Decodes a picture at the resolution that this model needs; see `images.decode`.
 
         Raises:
             ImageError: If the image cannot be read.
@@ -93,18 +93,18 @@ class Model:
                 in RGB order.
             intrinsics: The camera of the full upright picture, in its pixels, or a function that
                 makes it from the picture's (H, W), such as
-                `lambda size: Intrinsics.from_hfov(65, size)`. None means: from EXIF, else an
-                assumed field of view; `Prediction.intrinsics.source` says which.
+                `lambda size: Intrinsics.from_hfov(65, size)`. None reads EXIF, or else assumes a
+                field of view; `Prediction.intrinsics.source` says which.
             threshold: Probability above which a pixel counts as ground.
-            flatten: Lay the ground's depth onto the ground's plane where it is flat, as
-                `Prediction.flattened` does; False leaves it as the network says.
+            flatten: Snap the ground's depth to the ground plane where the ground is flat, as
+                `Prediction.flattened` does; False keeps the network's depth.
 
         Returns:
             Maps at the network's input size; see `Prediction.at_image_size`.
 
         Raises:
             ImageError: If the image cannot be read.
-            IntrinsicsError: If the camera cannot be one.
+            IntrinsicsError: If the intrinsics are impossible.
             ModelError: If the network fails to run.
             ValueError: If the threshold is not between 0 and 1.
         """
@@ -151,13 +151,13 @@ def load(
         model: A registered name, the path of an ONNX file, or None for the bundled default.
         threads: Threads for one prediction; None means all cores that this process may use.
         providers: onnxruntime execution providers in order of preference; None means CPU.
-        engine: What runs it, and nothing else does: `onnxruntime`; `openvino` (the extra
-            `openvino`); or a package that plugs an execution provider into onnxruntime, such as
-            `onnxruntime-ep-openvino`. `Prediction.model.runtime` says what it was.
+        engine: `onnxruntime`, `openvino` (the extra `openvino`), or a package that plugs an
+            execution provider into onnxruntime, such as `onnxruntime-ep-openvino`. There is no
+            fallback to another engine. `Prediction.model.runtime` says which one ran.
 
     Raises:
-        ModelError: If the model is unknown, damaged or foreign, or a provider or engine is not
-            available.
+        ModelError: If the model is unknown, damaged or not a footprints-edge file, or if a
+            provider or engine is not available.
     """
     path = registry.resolve(model)
     opened = _open(path, engine, threads, providers)
@@ -169,7 +169,9 @@ def _open(path: Path, engine: str, threads: int | None, providers: Sequence[str]
     if engine == "onnxruntime":
         return OnnxRuntimeEngine(path, threads=threads, providers=providers)
     if providers is not None:
-        raise ModelError(f"providers are onnxruntime's; engine {engine!r} has none to choose from")
+        raise ModelError(
+            f"providers belong to engine 'onnxruntime'; leave them out for engine {engine!r}"
+        )
     if engine == "openvino":
         from footprints_edge.engines.openvino_engine import OpenVinoEngine
 

@@ -1,4 +1,4 @@
-"""The result of a prediction: the maps, and what one does with them."""
+"""The result of a prediction: the maps, and methods that plan on them, draw and save them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,32 +16,32 @@ if TYPE_CHECKING:
 class Prediction(GroundMaps):
     """Walkable ground in a picture, seen and hidden, and how far away it is.
 
-    The maps, the masks and the camera are those of `GroundMaps`; the methods here plan on them,
-    draw them and write them to files. All maps have one size (h, w): the network's input size.
+    The maps, masks and camera come from `GroundMaps`; the methods here plan on them, draw them
+    and write them to files. All maps have one size (h, w): the network's input size.
     """
 
     def flattened(self) -> "Prediction":
-        """The same prediction with the ground's depth laid onto `ground_plane`.
+        """The same prediction with the ground's depth snapped to `ground_plane`.
 
-        Only where most of the ground lies near to that plane anyway, and there only pixels that do:
-        ramps, steps and stairs stay as they are. Without a plane, or without the maps that it is
-        fitted to, it is the prediction itself.
+        This happens only if most of the ground lies close to the plane, and only to pixels that do:
+        ramps, steps and stairs keep their depth. Without a plane, or without the maps to fit one,
+        it returns the prediction itself.
         """
         from footprints_edge.navigation.ground_flattening import flatten
 
         return flatten(self)
 
     def top_down(self, cell_m: float = 0.05, range_m: float = 10.0) -> "OccupancyGrid":
-        """The ground seen from above, as an occupancy grid.
+        """The ground in bird's-eye view, as an occupancy grid.
 
-        Takes the ground for the one plane of `ground_plane`.
+        Assumes that all ground lies in one plane, `ground_plane`.
 
         Args:
             cell_m: Side of a cell, metres.
-            range_m: How far the grid reaches ahead, and to each side, metres.
+            range_m: Reach of the grid ahead, and to each side, metres.
 
         Raises:
-            GroundPlaneError: If there is too little ground to carry a plane.
+            GroundPlaneError: If there is too little ground to fit a plane.
             ValueError: If a size is not positive, or the range is more than 5000 cells.
         """
         from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
@@ -57,7 +57,7 @@ class Prediction(GroundMaps):
         margin_m: float = 0.0,
         ground: Literal["all", "visible"] = "all",
     ) -> "GroundPath":
-        """The cheapest path over the ground, at the paper's cost: 1 - s* for every pixel.
+        """The cheapest path over the ground, with the paper's cost of 1 - s* per pixel.
 
         s* is the unthresholded `ground_probability`; a path never leaves `ground`. Needs the
         extra `plan` (scikit-image).
@@ -66,17 +66,17 @@ class Prediction(GroundMaps):
             start: x and y in pixels of the picture, or forward and left in metres.
             goal: Likewise.
             unit: `px`, or `m`: metres on the ground plane, from the point below the camera.
-            margin_m: Distance to keep from everything that is not ground, metres on the ground
-                plane: half of the robot's width.
-            ground: `all`, or `visible`: keep to what is seen.
+            margin_m: Distance to keep from everything that is not ground, in metres on the ground
+                plane, such as half of the robot's width.
+            ground: `all`, or `visible` to stay on visible ground.
 
         Raises:
             OutsideError: If the start or the goal is outside the picture.
-            OffGroundError: If one is not on ground, or within the margin.
-            NoPathError: If no way joins them.
-            PlanningError: Base of these; also if an argument is not one of those above, or
-                scikit-image is missing.
-            GroundPlaneError: If there is too little ground to carry a plane.
+            OffGroundError: If one is not on ground, or is closer to an obstacle than the margin.
+            NoPathError: If no path connects them.
+            PlanningError: Base class of these; also if an argument is invalid, or scikit-image is
+                missing.
+            GroundPlaneError: If there is too little ground to fit a plane.
         """
         from footprints_edge.navigation.path_planning import find_path
 
@@ -93,18 +93,18 @@ class Prediction(GroundMaps):
         """Writes the result as files named after the picture, such as `street.jpg.npz`.
 
         Args:
-            folder: Where to; made if it is not there.
+            folder: Destination; created if missing.
             formats: Any of `overlay`, `npz`, `png16`, `json`, `ply`, `topdown`,
                 `topdown_picture`.
             name: Start of the file names; None means the picture's name, or `image`.
-            overwrite: Whether to replace files that are there already.
+            overwrite: Whether to replace existing files.
 
         Returns:
             The files written, in the order of `formats`.
 
         Raises:
-            OutputError: If a format is unknown, a file is in the way (nothing is written then),
-                or the folder cannot be written to.
+            OutputError: If a format is unknown, a file exists (nothing is written then), or the
+                folder cannot be written to.
         """
         from footprints_edge.outputs.writers import save
 

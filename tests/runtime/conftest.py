@@ -6,6 +6,7 @@ import numpy as np
 import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
+from videos import write_video
 
 from footprints_edge.model import Model, load
 from footprints_edge.model_files.metadata import ModelMetadata
@@ -85,3 +86,10 @@ def metadata() -> ModelMetadata:
 def model_bytes():
     """The function that makes tiny models."""
     return tiny_model_bytes
+
+
+@pytest.fixture
+def clip(tmp_path) -> Path:
+    """A video of 20 shades at 10 frames per second."""
+    pytest.importorskip("cv2")
+    return write_video(tmp_path / "clip.avi")

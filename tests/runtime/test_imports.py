@@ -1,4 +1,4 @@
-"""What may import what, and what importing costs."""
+"""Allowed imports, and the cost of importing."""
 
 import ast
 import json
@@ -30,7 +30,7 @@ def imported_by(path):
             yield node.module.split(".")[0]
 
 
-def test_each_file_imports_what_it_may():
+def test_each_file_imports_only_allowed_packages():
     for path in PACKAGE.rglob("*.py"):
         names = set(imported_by(path))
         own = {"numpy", "PIL", "footprints_edge", "onnxruntime", "typer"} | sys.stdlib_module_names

@@ -155,7 +155,7 @@ def test_the_threshold_is_a_probability(tiny):
             tiny.predict(half, threshold=threshold)
 
 
-def test_threads_get_what_one_thread_gets(tiny):
+def test_many_threads_get_the_same_results_as_one(tiny):
     rng = np.random.default_rng(0)
     pictures = [rng.integers(0, 256, (h, 90, 3), np.uint8) for h in range(40, 200, 10)]
     expected = [tiny.predict(picture) for picture in pictures]
@@ -196,5 +196,15 @@ def test_memory_stays_where_it_is(tiny):
 
 
 def test_a_file_with_fewer_maps_than_it_says_is_refused(load_with, picture):
-    with pytest.raises(ModelError, match="gives 4 maps, but its metadata state that it has masks"):
+    with pytest.raises(ModelError, match=r"gives 4 maps, but its metadata states .*outputs=masks"):
         load_with(outputs="masks").predict(picture)
+
+
+def test_an_unknown_engine_is_refused_with_the_known_ones(tiny_path):
+    with pytest.raises(ModelError, match=r"'tensorrt' is unknown.*onnxruntime, openvino"):
+        load(tiny_path, engine="tensorrt")
+
+
+def test_providers_belong_to_onnxruntime(tiny_path):
+    with pytest.raises(ModelError, match="providers belong to engine 'onnxruntime'"):
+        load(tiny_path, engine="openvino", providers=["CPUExecutionProvider"])

@@ -1,4 +1,6 @@
+import copy
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from predictions import make_prediction
 
 from footprints_edge.errors import MissingMapError
 from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge.outputs.writers import FORMATS
 
 
 def prediction_of(depth_m, image_size, probability=None, outputs="all"):
@@ -62,7 +65,7 @@ def test_predictions_are_read_only(field):
         setattr(prediction, field, None)
 
 
-def test_what_a_model_file_lacks_is_told_where_it_is_asked_for():
+def test_a_missing_map_is_explained_when_it_is_read():
     depth_m = np.full((32, 48), 3, np.float32)
     masks = prediction_of(depth_m, (64, 96), outputs="masks")
     depths = prediction_of(depth_m, (64, 96), outputs="depths")
@@ -95,3 +98,70 @@ def test_partial_predictions_are_written_as_far_as_they_go(tmp_path):
     with pytest.raises(MissingMapError):
         masks.save(tmp_path, ["overlay"], name="a")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.json", "a.npz"]
+
+
+COPIES = {
+    "itself": lambda prediction: prediction,
+    "replace": lambda prediction: replace(prediction, threshold=0.25),
+    "deepcopy": copy.deepcopy,
+}
+PRESENT = {
+    "all": {"masks", "depths"},
+    "masks": {"masks"},
+    "depths": {"depths"},
+}
+NEEDS_NO_MAP = {"npz", "json"}
+
+
+@pytest.fixture(params=PRESENT)
+def outputs(request):
+    """Which maps the model file has."""
+    return request.param
+
+
+@pytest.fixture
+def floor(outputs):
+    """A level floor; its right half is ground with a probability of 0.9, its left half of 0.3."""
+    camera = Intrinsics(40, 50, 23.1, 15.3)
+    depth_m = np.abs(plane_depth_m(camera, (32, 48), (0, 0.9, 0.9), 1.5))
+    probability = np.where(np.arange(48) < 24, 0.3, 0.9) + np.zeros((32, 48))
+    return prediction_of(depth_m, (64, 96), probability, outputs)
+
+
+@pytest.mark.parametrize("copied", COPIES)
+def test_every_prediction_has_a_short_repr_and_knows_its_maps(floor, outputs, copied):
+    prediction = COPIES[copied](floor)
+    text = repr(prediction)
+    assert "\n" not in text and len(text) < 250
+    assert "maps 32 x 48, image 64 x 96" in text
+    for name in ("ground_probability", "visible_ground_probability", "ground", "hidden_ground"):
+        assert hasattr(prediction, name) == ("masks" in PRESENT[outputs]), name
+    for name in ("visible_depth_m", "unmasked_ground_depth_m"):
+        assert hasattr(prediction, name) == ("depths" in PRESENT[outputs]), name
+    assert hasattr(prediction, "ground_depth_m") == (outputs == "all")
+
+
+@pytest.mark.parametrize("outputs", ["all", "masks"])
+def test_a_replaced_threshold_applies_to_the_masks(floor):
+    assert floor.ground.mean() == 0.5
+    assert replace(floor, threshold=0.25).ground.all()
+    assert floor.ground.mean() == 0.5
+    assert "ground 100%" in repr(replace(floor, threshold=0.25))
+
+
+@pytest.mark.parametrize("copied", COPIES)
+@pytest.mark.parametrize("output_format", FORMATS)
+def test_each_format_is_written_or_names_the_missing_map(
+    floor, outputs, copied, output_format, tmp_path
+):
+    prediction = COPIES[copied](floor)
+    if outputs != "all" and output_format not in NEEDS_NO_MAP:
+        with pytest.raises(MissingMapError, match="--outputs"):
+            prediction.save(tmp_path, [output_format], name="a")
+        return
+    written = prediction.save(tmp_path, [output_format], name="a")
+    assert written == [tmp_path / f"a{suffix}" for suffix in FORMATS[output_format]]
+    assert all(path.stat().st_size for path in written)
+    if copied == "deepcopy":
+        for path in floor.save(tmp_path / "original", [output_format], name="a"):
+            assert path.read_bytes() == (tmp_path / path.name).read_bytes()

@@ -1,4 +1,4 @@
-"""Predictions without a model: one factory for all tests."""
+"""Predictions without a model: a factory for all tests."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from footprints_edge.maps.decode import DecodedMaps
 from footprints_edge.maps.ground_maps import ModelInfo
 from footprints_edge.prediction import Prediction
 
-MODEL = ModelInfo("made up", "fp32", "0" * 64, "none")
+MODEL = ModelInfo("stub", "fp32", "0" * 64, "none")
 
 
 def make_prediction(
@@ -26,13 +26,13 @@ def make_prediction(
 
     Args:
         depth_m: (h, w), metres to the ground.
-        ground: Probability (h, w); everywhere 1 if left out.
-        visible_ground: Probability (h, w); that of `ground` if left out.
-        visible_depth_m: (h, w), metres; those of the ground if left out.
-        intrinsics: Of the maps; a centred camera if left out.
-        picture: uint8 (H, W, 3), or its (H, W): black then; as large as the maps if left out.
+        ground: Probability (h, w). Default: 1 everywhere.
+        visible_ground: Probability (h, w). Default: `ground`.
+        visible_depth_m: (h, w), metres. Default: `depth_m`.
+        intrinsics: Camera in pixels of the maps. Default: a centred camera.
+        picture: uint8 (H, W, 3), or the (H, W) of a black picture. Default: the maps' size.
         name: File name of the picture.
-        outputs: `all`, `masks` or `depths`: the maps that the model has.
+        outputs: Maps that the model has: `all`, `masks` or `depths`.
     """
     depth_m = np.asarray(depth_m, np.float32)
     size = depth_m.shape

@@ -127,10 +127,10 @@ def projected_down(prediction: Prediction, size: Size, seed: int) -> Mask:
 
     from footprints_edge_models.video_labels.footprint_masks import (
         drop_large_regions,
-        untraversable_pixels,
+        footprint_pixels,
     )
 
-    standing = untraversable_pixels(
+    standing = footprint_pixels(
         prediction.visible_depth_m,
         prediction.visible_ground_probability,
         prediction.intrinsics,

@@ -102,7 +102,7 @@ class Subset:
     def of(self, dataset: str, items: tuple[Item, ...]) -> tuple[Item, ...]:
         """The items of this subset of a dataset."""
         if self.held_out:
-            from footprints_edge_models.data.datasets import held_out
+            from footprints_edge_models.data.splits import held_out
 
             items = tuple(held_out(dataset, items))
         begin, end = (int(share * len(items)) for share in (self.begin, self.end))

@@ -41,16 +41,16 @@ def read_scenes(folder: Path) -> Iterator[Item]:
 
 
 def _load(folder: Path, name: str, boxes: tuple[Box, ...] | None) -> GroundTruth:
-    from footprints_edge_models.scenes.ground_truth.truth import (
+    from footprints_edge_models.data.readers.synthetic_scenes import MOST_BEHIND_WALL_M
+    from footprints_edge_models.scenes.ground_truth.pixels import (
         BEHIND_WALL,
         GROUND_ANYWHERE,
         VISIBLE_GROUND,
     )
-    from footprints_edge_models.scenes.storage.dataset import MOST_BEHIND_WALL_M
     from footprints_edge_models.scenes.storage.files import read_scene
 
     scene = read_scene(folder, name)
-    bits, exact = scene.truth.bits, scene.truth
+    bits, exact = scene.ground_truth.bits, scene.ground_truth
     behind_m = exact.ground_depth_m - exact.visible_depth_m
     valid = ~((bits & BEHIND_WALL > 0) & (behind_m > MOST_BEHIND_WALL_M))
     visible, ground = bits & VISIBLE_GROUND > 0, bits & GROUND_ANYWHERE > 0

@@ -146,7 +146,7 @@ def labels_by_arrays(
     camera: LabelCamera, frames: Sequence[Frame], poses: Sequence[NDArray[np.float64]]
 ) -> tuple[Floats, Mask]:
     """Ground depth, metres, and footprint mask of the last frame, as `fp-train labels` does."""
-    from footprints_edge_models.video_labels.footprint_masks import untraversable_pixels
+    from footprints_edge_models.video_labels.footprint_masks import footprint_pixels
     from footprints_edge_models.video_labels.warping import aggregate, warp_depth
 
     intrinsics = camera.intrinsics
@@ -154,7 +154,7 @@ def labels_by_arrays(
         warp_depth(depth_m * ground, intrinsics, intrinsics, pose, camera.size)
         for (depth_m, ground), pose in zip(frames[:-1], poses, strict=True)
     ]
-    footprints = untraversable_pixels(*frames[-1], intrinsics)
+    footprints = footprint_pixels(*frames[-1], intrinsics)
     return aggregate(np.stack(warped), LEAST_HITS), footprints
 
 

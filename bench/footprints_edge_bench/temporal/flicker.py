@@ -27,7 +27,7 @@ from footprints_edge_bench.ground_truth.clip import open_clip
 from footprints_edge_bench.ground_truth.datasets import Subset
 
 if TYPE_CHECKING:
-    from footprints_edge_models.mapping.floor_map import Frame
+    from footprints_edge_models.mapping.floor_map import DepthFrame
 
 FARTHEST_M = 8.0
 """Ground farther away is not compared: a pixel covers half a metre there."""
@@ -74,7 +74,7 @@ class _View:
         ground_truth: the ground truth of the frame.
     """
 
-    measured: "Frame"
+    measured: "DepthFrame"
     floor_depth_m: NDArray[np.float64]
     ground_truth: GroundTruth
 
@@ -156,7 +156,7 @@ def _floor(last: _View, now: _View) -> tuple[NDArray[np.intp], NDArray[np.intp]]
 
 
 def _projected(
-    depth_m: NDArray[np.floating], source: "Frame", target: "Frame"
+    depth_m: NDArray[np.floating], source: "DepthFrame", target: "DepthFrame"
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.floating]]:
     """Projects pixels of `source` that have a depth into `target`.
 

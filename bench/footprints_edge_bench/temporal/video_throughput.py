@@ -17,7 +17,7 @@ from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.model import Model, load
 from footprints_edge.prediction import Prediction
 from footprints_edge.video.capture import Pace, VideoFile, open_video
-from footprints_edge.video.pipeline import Tally, run_pipeline
+from footprints_edge.video.pipeline import VideoStats, run_pipeline
 from footprints_edge.video.sinks import open_sinks, video_paths
 from footprints_edge.video.smoothing import Tracker
 from footprints_edge_bench.foundation.markdown import markdown_table
@@ -103,8 +103,8 @@ def measure_video(video: Path, model: str | None, threads: int, frames: int) -> 
         _repeat(video, repeated, frames)
         memory_mb: list[float] = []
 
-        def note_memory(tally: Tally) -> None:
-            if tally.frames % SETTLED_FRAMES == 0:
+        def note_memory(stats: VideoStats) -> None:
+            if stats.frames % SETTLED_FRAMES == 0:
                 memory_mb.append(_resident_mb())
 
         plain = _process(repeated, Path(folder) / "plain", one_thread, threads, None, note_memory)
@@ -134,8 +134,8 @@ def _process(
     model: Model,
     at_once: int,
     then: Callable[[Prediction], Prediction] | None,
-    progress: Callable[[Tally], None],
-) -> Tally:
+    progress: Callable[[VideoStats], None],
+) -> VideoStats:
     """Runs the pipeline of `fp-infer VIDEO`."""
     opened = open_video(str(video))
     paths = video_paths(out, video.name, ["overlay", "json"])

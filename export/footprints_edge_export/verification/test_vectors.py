@@ -1,6 +1,6 @@
 """Test vectors: pictures, and all that a model makes of them, for ports in other languages.
 
-``vectors.json`` says how each was made; ``docs/embedding.md`` says how to hold a port against them.
+``vectors.json`` says how each was made; ``docs/porting.md`` says how to hold a port against them.
 """
 
 import io

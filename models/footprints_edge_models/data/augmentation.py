@@ -1,9 +1,9 @@
-"""A sample as another camera would see it: the training view and its targets.
+"""Augmentation by a virtual camera: a sample as another camera would see it.
 
-Crop, zoom, flip and roll are one thing here, a virtual camera at the same place that looks in a
-random direction with a random focal length. Its picture is a homography of the original, and the
-distance along its optical axis follows exactly, so metric depth survives every augmentation.
-Depths are converted to the canonical camera on the way out.
+Crop, zoom, flip and roll are one operation: a virtual camera at the same place looks in a random
+direction with a random focal length. Its image is a homography of the original, and its depth
+follows exactly, so metric depth survives every augmentation. Depths are converted to the canonical
+camera at the end.
 """
 
 from dataclasses import dataclass
@@ -14,25 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT, LAMBDA
 from footprints_edge_models.networks.channels import MAX_DEPTH_M, MIN_DEPTH_M
 from footprints_edge_models.networks.edge import FOCAL_PX
-from footprints_edge_models.sample import NO, TAKEN, UNKNOWN, UNSEEN, YES, Sample
-from footprints_edge_models.training.losses import FOOTPRINT_WEIGHT, LAMBDA
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES, Sample
 
 
 @dataclass(frozen=True)
-class View:
-    """A virtual camera's picture and targets, all float32 (h, w) but the image, uint8 (h, w, 3).
+class VirtualView:
+    """A virtual camera's image, uint8 (h, w, 3), and its targets, float32 (h, w).
 
-    The fields after ``image`` are those of :class:`losses.Targets`; depths are canonical.
+    The fields after ``image`` are those of :class:`targets.Targets`; depths are canonical.
     """
 
     image: NDArray[np.uint8]
     visible_ground: NDArray[np.float32]
-    visible_ground_known: NDArray[np.float32]
+    visible_ground_valid: NDArray[np.float32]
     ground: NDArray[np.float32]
     untraversable: NDArray[np.float32]
-    prior: NDArray[np.float32]
+    unknown_weight: NDArray[np.float32]
     moving: NDArray[np.float32]
     visible_depth_m: NDArray[np.float32]
     ground_depth_m: NDArray[np.float32]
@@ -40,7 +40,7 @@ class View:
 
 @dataclass(frozen=True)
 class VirtualCamera:
-    """Where a view looks.
+    """A virtual camera at the place of the original one.
 
     Attributes:
         intrinsics: in pixels of the view.
@@ -53,13 +53,13 @@ class VirtualCamera:
     flip: bool
 
 
-def covering_camera(
+def draw_virtual_camera(
     sample: Sample, size: tuple[int, int], rng: np.random.Generator | None
 ) -> VirtualCamera:
-    """A camera whose view lies in the sample's picture but for corners; central without ``rng``.
+    """A camera whose view lies within the sample, but for corners; central without ``rng``.
 
-    Zoom is up to 1.7, wide views more often; roll about 3 degrees. A camera that looks aside sees a
-    trapezoid of the picture: what lies outside is mirrored in the view and has no labels.
+    Zoom is up to 1.7, wide views more often; roll has a deviation of 3 degrees. A camera that looks
+    aside sees a trapezoid of the image: the outside is mirrored and has no labels.
     """
     height, width = sample.image.shape[:2]
     camera = sample.intrinsics
@@ -82,21 +82,21 @@ def covering_camera(
     return VirtualCamera(intrinsics, rolled, rng is not None and rng.random() < 0.5)
 
 
-def render(
+def render_view(
     sample: Sample,
     size: tuple[int, int],
     rng: np.random.Generator | None = None,
     focal_px: float = FOCAL_PX,
-) -> View:
-    """The view of a random virtual camera with jittered colours; central and plain without rng.
+) -> VirtualView:
+    """The view of a random virtual camera, with colour jitter; central and plain without ``rng``.
 
     Args:
-        sample: what to look at.
+        sample: the sample to augment.
         size: (h, w) of the view.
-        rng: decides where to look; without, at the middle.
-        focal_px: of the canonical camera that depths are given for.
+        rng: draws the camera and the colours; None gives the central view.
+        focal_px: focal length of the canonical camera.
     """
-    view = covering_camera(sample, size, rng)
+    view = draw_virtual_camera(sample, size, rng)
     target, source = view.intrinsics, sample.intrinsics
     homography = source.matrix @ view.rotation.T @ np.linalg.inv(target.matrix)
 
@@ -127,12 +127,12 @@ def render(
     if sample.moving is not None:
         moving = warp(sample.moving, linear=False, outside=0)
     ground = warp(sample.ground, linear=False, outside=UNKNOWN)
-    return View(
-        image if rng is None else jitter(image, rng),
+    return VirtualView(
+        image if rng is None else jitter_colours(image, rng),
         (visible == YES).astype(np.float32),
         (visible != UNKNOWN).astype(np.float32),
         (ground == YES).astype(np.float32),
-        (ground == NO).astype(np.float32) + FOOTPRINT_WEIGHT * (ground == TAKEN),
+        (ground == NO).astype(np.float32) + FOOTPRINT_WEIGHT * (ground == FOOTPRINT),
         LAMBDA * (ground == UNSEEN).astype(np.float32),
         moving.astype(np.float32),
         canonical(sample.visible_depth_m),
@@ -140,8 +140,8 @@ def render(
     )
 
 
-def jitter(image: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Brightness, contrast, gamma, saturation, hue, grey, blur and noise, as cameras differ."""
+def jitter_colours(image: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Colour jitter: brightness, contrast, gamma, saturation, hue, greyscale, blur and noise."""
     values = np.arange(256) / 255
     values = values ** np.exp(rng.normal(0, 0.25))
     values = (values - 0.5) * (1 + rng.normal(0, 0.2)) + 0.5 + rng.normal(0, 0.08)

@@ -1,8 +1,8 @@
-"""Real photos with things added: what a pasted thing covers is ground that is known to go on.
+"""Copy-paste augmentation: hidden ground with exact labels in real photos.
 
-A vehicle or a person is cut out of one labelled photo and set down on the visible ground of
-another of the same collection, in the size that its distance asks for. Behind it the other photo's
-ground is hidden now, and known; beneath it lies its footprint.
+A vehicle or a person is cut out of one labelled photo and pasted onto the visible ground of another
+photo of the same collection, scaled by its distance. The ground that it covers is hidden ground
+with a label; where it stands is its footprint.
 """
 
 from collections.abc import Sequence
@@ -12,24 +12,24 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge_models.sample import NO, TAKEN, UNKNOWN, YES, Sample
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, YES, Sample
 
 CAMERA_HEIGHT_M = 1.5
-"""Of the cars that took the photos: what turns rows into metres, for footprints only."""
+"""Height of the cameras that took the photos: turns rows into metres, for footprints only."""
 LEAST_SHARE = 0.004
-"""Smaller cut-outs, as a share of the picture, are too coarse to be used."""
+"""Smaller cut-outs, as a share of the photo, are too coarse."""
 MOST_THINGS = 4
 _TRIES = 12
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A class of things that stand on the ground.
+class CutoutClass:
+    """A class of objects that stand on the ground.
 
     Attributes:
-        label: its id in the label pictures.
-        solid_m: how far a footprint of one reaches back from where it touches the ground, at least.
-        longest_m: and at most.
+        label: id in the label pictures.
+        solid_m: least depth of a footprint, from where the object touches the ground.
+        longest_m: greatest depth of a footprint.
     """
 
     label: int
@@ -48,31 +48,33 @@ class LabelledPhoto:
 
 @dataclass(frozen=True)
 class Cutout:
-    """A thing cut out of a photo.
+    """An object cut out of a photo.
 
     Attributes:
         image: uint8 (h, w, 3), RGB.
         mask: bool (h, w).
-        rows_below_horizon: of the lowest row, where it touches the ground, in its own photo.
-        brightness: mean of the photo that it comes from.
-        kind: what it is.
+        rows_below_horizon: rows from the horizon of its photo to its lowest row.
+        brightness: mean of its photo.
+        kind: its class.
     """
 
     image: NDArray[np.uint8]
     mask: NDArray[np.bool_]
     rows_below_horizon: float
     brightness: float
-    kind: Kind
+    kind: CutoutClass
 
 
-class Composites(Sequence[Sample]):
-    """Photos with things of other photos set down in them, made when they are asked for.
+class CopyPastePhotos(Sequence[Sample]):
+    """Photos with objects of other photos pasted into them, when they are drawn.
 
-    Each index is always the same picture.
+    Each index always gives the same image.
     """
 
-    def __init__(self, photos: Sequence[LabelledPhoto], kinds: Sequence[Kind], seed: int) -> None:
-        """Cuts the things out; there are as many composites as photos."""
+    def __init__(
+        self, photos: Sequence[LabelledPhoto], kinds: Sequence[CutoutClass], seed: int
+    ) -> None:
+        """Cuts the objects out of all photos."""
         self._photos = photos
         self._labels = [kind.label for kind in kinds]
         self._cutouts = [thing for photo in photos for thing in cut_out(photo, kinds)]
@@ -83,19 +85,19 @@ class Composites(Sequence[Sample]):
         return len(self._photos) if self._cutouts else 0
 
     def __getitem__(self, index: int) -> Sample:  # type: ignore[override]  # slices are not needed
-        """The composite of one photo."""
+        """One photo with objects pasted into it."""
         if not 0 <= index < len(self):
             raise IndexError(index)
         rng = np.random.default_rng((self._seed, index))
         photo = self._photos[index]
         for _ in range(rng.integers(1, MOST_THINGS + 1)):
             cutout = self._cutouts[rng.integers(len(self._cutouts))]
-            photo = set_down(photo, cutout, self._labels, rng) or photo
+            photo = paste(photo, cutout, self._labels, rng) or photo
         return photo.sample
 
 
-def cut_out(photo: LabelledPhoto, kinds: Sequence[Kind]) -> list[Cutout]:
-    """The whole things of a photo: away from its borders, with their feet on visible ground."""
+def cut_out(photo: LabelledPhoto, kinds: Sequence[CutoutClass]) -> list[Cutout]:
+    """The whole objects of a photo: away from its borders, their feet on visible ground."""
     found = []
     image, ids = photo.sample.image, photo.ids
     height, width = ids.shape
@@ -123,16 +125,16 @@ def cut_out(photo: LabelledPhoto, kinds: Sequence[Kind]) -> list[Cutout]:
     return found
 
 
-def set_down(
+def paste(
     photo: LabelledPhoto, cutout: Cutout, labels: Sequence[int], rng: np.random.Generator
 ) -> LabelledPhoto | None:
-    """The photo with a thing set down somewhere on its visible ground, or None if it found no room.
+    """The photo with an object pasted onto its visible ground, or None where there is no room.
 
     Args:
-        photo: to be added to; stays as it is.
+        photo: the photo to paste into; not changed.
         cutout: of the same collection, so that its size follows from the rows.
-        labels: ids of things that stand in the photo already.
-        rng: draws the place, and whether the thing is mirrored.
+        labels: ids of the classes of objects.
+        rng: draws the place, and whether the object is mirrored.
     """
     width = photo.ids.shape[1]
     ground = photo.sample.visible_ground == YES
@@ -219,7 +221,7 @@ def _with_shadow(
 
 
 def _ground_below(
-    photo: LabelledPhoto, window: tuple[slice, slice], mask: NDArray[np.bool_], kind: Kind
+    photo: LabelledPhoto, window: tuple[slice, slice], mask: NDArray[np.bool_], kind: CutoutClass
 ) -> NDArray[np.uint8]:
     """S* in the window: footprint, what may be footprint, and the ground that goes on behind."""
     focal_px = photo.sample.intrinsics.focal_px
@@ -232,5 +234,5 @@ def _ground_below(
     behind_m = distance_m - scale / np.maximum(lowest - photo.horizon_row, 1)
     ground = photo.sample.ground[window].copy()
     ground[mask & (ground == YES) & (behind_m < kind.longest_m)] = UNKNOWN
-    ground[mask & (behind_m < kind.solid_m)] = TAKEN
+    ground[mask & (behind_m < kind.solid_m)] = FOOTPRINT
     return ground

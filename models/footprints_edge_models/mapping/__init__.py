@@ -1,1 +1,1 @@
-"""The floor of a whole clip: planes, stereo, a map from above."""
+"""The floor of a clip: planes, stereo depth, a floor map in bird's-eye view."""

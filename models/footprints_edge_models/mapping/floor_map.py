@@ -1,7 +1,7 @@
-"""A top-down map of a whole clip: which cells of the floor are free, occupied or unknown.
+"""The floor map of a clip, in bird's-eye view: which cells are free, occupied or unknown.
 
-Every frame's depth is lifted into the world and sorted by its height above the floor. The map,
-projected into a frame, is that frame's ground, seen or hidden ("a top-down floor map reprojected
+Every frame's depth is lifted into the world and sorted by height above the floor. The map,
+projected into a frame, is the frame's ground, seen or hidden ("a top-down floor map reprojected
 into the camera view", paper, section "Our Footprints world model").
 """
 
@@ -17,7 +17,7 @@ from footprints_edge_models.mapping.planes import Plane
 from footprints_edge_models.sample import NO, UNKNOWN, YES
 
 NEVER_SEEN, FREE, OCCUPIED, OVERHUNG = 0, 1, 2, 3
-"""What is known of a cell. OVERHUNG: a table top, say, was seen above it, and nothing beneath."""
+"""States of a cell. OVERHUNG: something, a table top, say, was seen above it, and nothing below."""
 
 FLOOR_HEIGHT_M = 0.05
 """Points nearer to the plane than this are floor."""
@@ -26,7 +26,7 @@ LOW_M, BODY_M = 0.35, 1.8
 
 
 @dataclass(frozen=True)
-class Frame:
+class DepthFrame:
     """A depth frame and its camera-to-world pose (4, 4)."""
 
     depth_m: NDArray[np.float32]
@@ -46,8 +46,8 @@ class Frame:
             return np.where(fall < -1e-6, -plane.height_m(translation) / fall, 0)
 
 
-def fit_floor(frames: Iterable[Frame], up: NDArray[np.float64]) -> Plane:
-    """The lowest well-filled horizontal plane of a clip.
+def fit_floor(frames: Iterable[DepthFrame], up: NDArray[np.float64]) -> Plane:
+    """Fit the lowest well-filled horizontal plane of a clip.
 
     Args:
         frames: depth frames with poses.
@@ -66,9 +66,9 @@ def fit_floor(frames: Iterable[Frame], up: NDArray[np.float64]) -> Plane:
 
 
 def ground_by_depth(
-    frame: Frame, plane: Plane, tolerance_m: float | NDArray[np.float32] = FLOOR_HEIGHT_M
+    frame: DepthFrame, plane: Plane, tolerance_m: float | NDArray[np.float32] = FLOOR_HEIGHT_M
 ) -> NDArray[np.uint8]:
-    """Visible ground as measured depth shows it.
+    """Visible ground by measured depth.
 
     Returns:
         uint8 (H, W): YES within ``tolerance_m`` of the plane, NO elsewhere, UNKNOWN without depth
@@ -77,7 +77,7 @@ def ground_by_depth(
     height_m = np.abs(plane.height_m(frame.points()))
     visible = np.where(height_m < tolerance_m, YES, NO).astype(np.uint8)
     visible[frame.depth_m <= 0] = UNKNOWN
-    # Colour and depth are some pixels apart, so borders of the floor are not to be trusted.
+    # Colour and depth are some pixels apart, so borders of the floor have no label.
     kernel = np.ones((3, 3), np.uint8)
     is_ground, is_other = (visible == YES).astype(np.uint8), (visible == NO).astype(np.uint8)
     border = cv2.dilate(is_ground, kernel) & cv2.dilate(is_other, kernel)
@@ -94,8 +94,8 @@ class FloorMap:
     origin_m: NDArray[np.float64]
     cell_m: float
 
-    def project(self, frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """The map as a frame's camera sees it, everything else removed.
+    def project(self, frame: DepthFrame) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """Project the map into a frame, as if nothing stood on the floor.
 
         Returns:
             The cell that each pixel's ray meets, uint8 (H, W), and the distance to it along the
@@ -111,8 +111,8 @@ class FloorMap:
         return cells, depth_m.astype(np.float32)
 
 
-def build_floor_map(frames: list[Frame], plane: Plane, cell_m: float = 0.04) -> FloorMap:
-    """Aggregate a clip.
+def build_floor_map(frames: list[DepthFrame], plane: Plane, cell_m: float = 0.04) -> FloorMap:
+    """Build the floor map of a clip.
 
     A cell is free where floor was seen in it and more often than something standing on it (a table
     top above it takes nothing away); occupied where something low was seen, or something higher

@@ -1,4 +1,4 @@
-"""Planes in space, and the robust fit of one."""
+"""Planes, and the robust fit of one."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ Points = NDArray[np.floating]
 """(N, 3), metres."""
 
 _SCORED = 2000
-"""Hypotheses are judged on at most so many points: their order does not change with more."""
+"""Hypotheses are scored on at most this many points: more do not change their order."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def fit_plane(
         rng: draws the triples.
         inlier_m: points nearer to a plane than this lie on it.
         trials: triples drawn (the paper's reference implementation: 100).
-        accept: which hypotheses may be; given unit normals (trials, 3) and offsets (trials,).
+        accept: which hypotheses are allowed, given unit normals (trials, 3) and offsets (trials,).
 
     Returns:
         The plane, or None where fewer than three points are given or no hypothesis is accepted.

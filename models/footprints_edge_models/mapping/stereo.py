@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge_models.mapping.floor_map import Frame
+from footprints_edge_models.mapping.floor_map import DepthFrame
 from footprints_edge_models.mapping.planes import Plane, fit_plane
 
 _MOST_DISPARITY_PX = 128
@@ -44,7 +44,7 @@ def stereo_depth_m(
     return depth_m.astype(np.float32)
 
 
-def fit_road(frame: Frame, seed: int = 0) -> Plane | None:
+def fit_road(frame: DepthFrame, seed: int = 0) -> Plane | None:
     """The plane that most depth in the lower half of a street picture lies on, by RANSAC.
 
     Only planes below the camera and within 15 degrees of level count; None where fewer than a

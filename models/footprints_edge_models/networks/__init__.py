@@ -1,1 +1,1 @@
-"""The networks: ours and the paper's, their channels and their checkpoints."""
+"""The networks, their channels, their checkpoints and their registry."""

@@ -1,4 +1,4 @@
-"""The four raw channels that every network here gives, and the maps that leave a model file.
+"""The four raw channels that every network outputs, and the maps of a model file.
 
 Raw channels, in order (the published network's own convention, so that its losses apply to both):
 

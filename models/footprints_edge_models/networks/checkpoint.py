@@ -1,4 +1,4 @@
-"""Checkpoints are pickles from the internet: they are read without executing anything, strictly."""
+"""Reads checkpoints strictly, and without executing anything: they are pickles from anywhere."""
 
 import hashlib
 import warnings
@@ -29,7 +29,7 @@ def read_checkpoint(path: Path) -> Any:  # noqa: ANN401  (a checkpoint holds wha
         raise ModelError(
             f"{path}: refused, it is not a PyTorch checkpoint of plain tensors. Either it is "
             "damaged or something else, or it holds objects that would run code when loaded; "
-            "a network's state_dict() saved with torch.save is what is expected"
+            "save a network's state_dict() with torch.save"
         ) from error
 
 
@@ -43,7 +43,7 @@ def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: 
         isinstance(key, str) and isinstance(value, torch.Tensor) for key, value in weights.items()
     ):
         raise ModelError(
-            f"{name}: a state dict of named tensors is expected, this holds "
+            f"{name}: expected a state dict of named tensors, found "
             f"{type(weights).__name__}; save network.state_dict()"
         )
     expected = network.state_dict()

@@ -1,4 +1,4 @@
-"""The edge network: ours, made for int8 on small CPUs.
+"""The edge network, made for int8 on small CPUs.
 
 EfficientNet-Lite0 and a four-stage skip decoder with nothing in it that an int8 runtime cannot
 fuse: zero padding, ReLU, nearest upsampling, concatenation, 3x3 convolutions. Its four outputs are
@@ -29,10 +29,10 @@ FOCAL_PX = 400.0
 
 
 def focal_px_at(size: tuple[int, int]) -> float:
-    """The canonical focal length while pictures of another base size (H, W) are trained on.
+    """The canonical focal length while training at another base size (H, W).
 
-    Small pictures are those of the same camera with fewer pixels, so that what is learned on them
-    holds on large ones.
+    A small image is the same camera's with fewer pixels, so that what is learned at one size holds
+    at another.
     """
     return FOCAL_PX * math.sqrt(size[0] * size[1] / BUDGET_PX)
 
@@ -55,7 +55,7 @@ class UpStage(nn.Module):
 
 
 class EdgeNetwork(nn.Module):
-    """RGB (B, 3, H, W) in [0, 1], H and W multiples of 32, to raw channels (see :mod:`maps`)."""
+    """RGB (B, 3, H, W) in [0, 1], sides multiples of 32, to raw channels (see :mod:`channels`)."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -74,11 +74,11 @@ class EdgeNetwork(nn.Module):
         return torch.cat([x[:, :2], log_depth_to_disparity(x[:, 2:])], dim=1)
 
     def scales(self, image: torch.Tensor) -> dict[str, torch.Tensor]:
-        """Its outputs by scale; it has one."""
+        """The outputs by scale: one."""
         return {"1/1": self(image)}
 
     def features(self, image: torch.Tensor) -> torch.Tensor:
-        """What the head sees, (B, 32, H/2, W/2)."""
+        """The input of the head, (B, 32, H/2, W/2)."""
         *skips, x = self.encoder((image * 255 - 127) / 128)
         for stage, skip in zip(self.stages, reversed(skips), strict=True):
             x = stage(x, skip)

@@ -143,7 +143,7 @@ class ReferenceNetwork(nn.Module):
         self.depth_decoder = Decoder()
 
     def forward(self, image: torch.Tensor) -> torch.Tensor:
-        """Raw channels (B, 4, H, W) at full resolution (see :mod:`maps`)."""
+        """Raw channels (B, 4, H, W) at full resolution (see :mod:`channels`)."""
         return self.scales(image)["1/1"]
 
     def scales(self, image: torch.Tensor) -> dict[str, torch.Tensor]:

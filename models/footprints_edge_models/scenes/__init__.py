@@ -1,7 +1,7 @@
-"""Made scenes: rooms and streets whose visible and hidden ground is known exactly.
+"""Synthetic scenes: rooms and streets with exact ground truth of visible and hidden ground.
 
-Data flows one way: ``shapes -> things -> furniture, people, vehicles, outdoors -> rooms, streets
--> scene -> geometry -> cameras -> truth, shading -> sensor -> files -> dataset``.
+Data flows one way: ``assets -> layout -> rendering -> ground_truth -> storage``. ``generate`` makes
+one scene from its number, ``make`` fills a folder.
 
 Train and test are kept apart by construction: the split is part of every seed, of scenes and of
 textures, and a photo gives its textures to one split, by a checksum of its bytes. What the two

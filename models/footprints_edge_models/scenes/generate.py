@@ -1,4 +1,4 @@
-"""One made scene from its number: the scene, the camera, the photo and the exact answer."""
+"""Generates one synthetic scene from its number: scene, camera, photo and ground truth."""
 
 from dataclasses import dataclass, field
 
@@ -7,38 +7,38 @@ from numpy.typing import NDArray
 
 from footprints_edge.foundation.types import Size
 from footprints_edge_models.scenes.assets.materials import Palette
-from footprints_edge_models.scenes.assets.textures import SPLITS, TextureLibrary
-from footprints_edge_models.scenes.ground_truth.truth import Truth, truth_of
-from footprints_edge_models.scenes.layout.rooms import draw_rooms
+from footprints_edge_models.scenes.assets.textures.library import SPLITS, TextureLibrary
+from footprints_edge_models.scenes.ground_truth.pixels import SceneGroundTruth, trace_ground_truth
+from footprints_edge_models.scenes.layout.rooms.interior import draw_rooms
 from footprints_edge_models.scenes.layout.scene import Scene
-from footprints_edge_models.scenes.layout.streets import draw_street
+from footprints_edge_models.scenes.layout.streets.exterior import draw_street
 from footprints_edge_models.scenes.rendering.cameras import Camera, choose_camera, picture_size
 from footprints_edge_models.scenes.rendering.geometry import Geometry, geometry_of
 from footprints_edge_models.scenes.rendering.raycast import Triangles
 from footprints_edge_models.scenes.rendering.sensor import photograph
-from footprints_edge_models.scenes.rendering.shading import render
+from footprints_edge_models.scenes.rendering.shading.render import render
 
 ROOMS_SHARE = 0.6
 
 
 @dataclass(frozen=True)
-class MadeScene:
-    """A scene with its picture and what is true of it."""
+class SyntheticScene:
+    """A scene with its photo and its ground truth."""
 
     scene: Scene
     geometry: Geometry = field(repr=False)
     camera: Camera
     image: NDArray[np.uint8] = field(repr=False)
-    truth: Truth = field(repr=False)
+    ground_truth: SceneGroundTruth = field(repr=False)
 
 
-def make_scene(library: TextureLibrary, seed: int, number: int, size: Size) -> MadeScene:
-    """Scene ``number`` of a seed; the split of the library is part of the seed.
+def generate_scene(library: TextureLibrary, seed: int, number: int, size: Size) -> SyntheticScene:
+    """Generate scene ``number`` of a seed; the split of the library is part of the seed.
 
     Args:
-        library: textures of the split that the scene is for.
-        seed: of the whole set.
-        number: of the scene, from 0.
+        library: textures of the scene's split.
+        seed: seed of the whole set.
+        number: number of the scene, from 0.
         size: (H, W) of a landscape picture; portraits and squares have about as many pixels.
     """
     rng = np.random.default_rng((SPLITS.index(library.split), seed, number))
@@ -48,6 +48,6 @@ def make_scene(library: TextureLibrary, seed: int, number: int, size: Size) -> M
     solids = Triangles(geometry.points, geometry.triangles)
     outlines = Triangles(geometry.outlines)
     camera = choose_camera(scene, geometry, picture_size(size, rng), rng, solids, outlines)
-    truth = truth_of(camera, geometry, solids, outlines)
+    ground_truth = trace_ground_truth(camera, geometry, solids, outlines)
     image = photograph(render(scene, geometry, solids, camera, library, rng), rng)
-    return MadeScene(scene, geometry, camera, image, truth)
+    return SyntheticScene(scene, geometry, camera, image, ground_truth)

@@ -14,3 +14,8 @@ def vector(values: Sequence[float]) -> NDArray[np.float32]:
 def offset(x: float, y: float, z: float) -> NDArray[np.float64]:
     """A way to go, float64 (3,)."""
     return np.array((x, y, z), dtype=np.float64)
+
+
+def dot(first: NDArray[np.float32], second: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Dot products (N,) of vectors (3, N)."""
+    return np.asarray(first[0] * second[0] + first[1] * second[1] + first[2] * second[2])

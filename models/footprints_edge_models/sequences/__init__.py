@@ -1,1 +1,1 @@
-"""Moving cameras as files hold them: readers of every layout of frames with poses."""
+"""Sequences of a moving camera: readers of every layout of frames with poses."""

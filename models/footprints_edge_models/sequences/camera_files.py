@@ -1,4 +1,4 @@
-"""Cameras as files state them, intrinsics and poses, checked before they are used."""
+"""Intrinsics and poses from files, checked before they are used."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,11 @@ _MOST_SKEW = 0.01
 
 
 def checked_intrinsics(values: object, where: str) -> Intrinsics:
-    """A camera from its matrix, kept as it is given.
+    """A camera from its matrix, unchanged.
 
     Args:
         values: (3, 3): focal lengths and principal point, in pixels.
-        where: how messages call it.
+        where: its place, for messages.
 
     Raises:
         SequenceError: it has another shape, or numbers that no camera has.
@@ -39,7 +39,7 @@ def checked_pose(values: object, where: str) -> NDArray[np.float64]:
 
     Args:
         values: (3, 4), (4, 4), or the same numbers in a row.
-        where: how messages call it.
+        where: its place, for messages.
 
     Returns:
         float64 (4, 4).

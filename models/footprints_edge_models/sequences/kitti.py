@@ -1,4 +1,4 @@
-"""KITTI raw, and the training data that was published with the paper for it.
+"""Drives of KITTI raw, with or without the training data published with the paper.
 
 Raw: ``{drive}/image_02/data/0000000005.jpg`` (or ``png``) and the same below ``image_03``, the
 left and right colour camera; ``{date}/calib_cam_to_cam.txt``; ``{drive}/oxts/data``. A drive is
@@ -9,7 +9,6 @@ Published, in a folder or a zip that stays packed: ``stereo_matching_disps``, ``
 """
 
 import logging
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,34 +17,26 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge.inputs.images import decode
-from footprints_edge_models.sample import Sample
 from footprints_edge_models.sequences.camera_files import checked_intrinsics, checked_pose
 from footprints_edge_models.sequences.gps_poses import read_calibration, read_oxts_poses
 from footprints_edge_models.sequences.npy_files import FirstChannel, NpyFile
 from footprints_edge_models.sequences.sequence import (
     Flow,
     InTime,
+    LazyArray,
     Sequence,
     SequenceError,
     SequenceFrame,
-    Source,
     StereoPair,
 )
-from footprints_edge_models.video_labels.training_targets import label_sample
 
 logger = logging.getLogger(__name__)
 
 LEFT, RIGHT = "image_02", "image_03"
-SIDES = {"l": LEFT, "r": RIGHT}
-"""How the published splits call the cameras."""
 
 BASELINE_M = 0.54
-"""Published, between the two colour cameras; taken where there is no calibration."""
+"""The published baseline of the colour cameras, used where there is no calibration."""
 TRAINING_WIDTH_PX = 640
-DISPARITY_BIAS_PX = 1.25
-"""The published training takes it off the disparities, in pixels of ``TRAINING_WIDTH_PX``; the
-published making of labels does not."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +44,9 @@ class Rig:
     """The two rectified colour cameras.
 
     Attributes:
-        intrinsics: of both, in pixels of their pictures.
-        width_px: of their pictures.
-        baseline_m: how far the right camera stands to the right.
+        intrinsics: of both, in pixels of their images.
+        width_px: width of their images.
+        baseline_m: distance of the right camera from the left one.
     """
 
     intrinsics: Intrinsics
@@ -74,9 +65,9 @@ class Disparity:
 
     Attributes:
         file: float (h, w).
-        focal_per_width: horizontal focal length as a share of the picture's width.
-        baseline_m: between the cameras.
-        bias_px: taken off the disparity first, in pixels of a map ``TRAINING_WIDTH_PX`` wide.
+        focal_per_width: horizontal focal length as a share of the image's width.
+        baseline_m: baseline of the cameras.
+        bias_px: subtracted from the disparity first, in pixels of a map ``TRAINING_WIDTH_PX`` wide.
     """
 
     file: NpyFile
@@ -121,7 +112,7 @@ def is_drive(folder: Path) -> bool:
 
 
 def read_kitti_raw(raw: Path, drive: str, published: Path | None = None) -> Sequence:
-    """A drive, both cameras, for making labels.
+    """Read a drive, both cameras, for making labels.
 
     Poses are the published ones, else those of the GPS records. Depth is the published disparity,
     else the two pictures (then only of the left camera). Frames that lack a pose or depth are left
@@ -138,7 +129,7 @@ def read_kitti_raw(raw: Path, drive: str, published: Path | None = None) -> Sequ
     images = {camera: _pictures(raw / drive / camera / "data") for camera in (LEFT, RIGHT)}
     if not images[LEFT]:
         raise SequenceError(f"{raw / drive / LEFT / 'data'}: no pictures of the left camera here")
-    rig = _rig(raw, drive, next(iter(images[LEFT].values())))
+    rig = rig_of(raw, drive, next(iter(images[LEFT].values())))
     poses, up = _poses(raw, drive, sorted(images[LEFT]), published)
     to_right = np.eye(4)
     to_right[0, 3] = rig.baseline_m
@@ -170,57 +161,8 @@ def read_kitti_raw(raw: Path, drive: str, published: Path | None = None) -> Sequ
     return Sequence(name, tuple(frames), InTime(25, 50, 2), least_hits=2, up=up)
 
 
-def read_kitti_training(raw: Path, published: Path, split: Iterable[str]) -> Iterator[Sample]:
-    """The published labels as training samples.
-
-    Args:
-        raw: folder of KITTI raw, for the pictures.
-        published: folder or zip of the published training data.
-        split: lines ``drive frame side`` with side ``l`` or ``r``, as the published splits have
-            them.
-
-    Raises:
-        SequenceError: a line, a picture or a label is not as published.
-    """
-    for line in filter(None, map(str.strip, split)):
-        drive, time, camera = _split_line(line)
-        folder = raw / drive / camera / "data"
-        paths = (folder / f"{time:010d}{suffix}" for suffix in (".jpg", ".png"))
-        image_path = next((path for path in paths if path.is_file()), None)
-        if image_path is None:
-            raise SequenceError(f"{folder}: no picture {time:010d}.jpg or .png")
-        rig = _rig(raw, drive, image_path)
-
-        def label(kind: str, place: str = f"{drive}/{camera}/data/{time:010d}.npy") -> NpyFile:
-            return NpyFile(published, f"{kind}/{place}")
-
-        disparity = NpyFile(published, _disparity_name(drive, camera, time))
-        depth = Disparity(disparity, rig.focal_per_width, rig.baseline_m, DISPARITY_BIAS_PX)
-        mask, moving = label("depth_masks"), label("moving_objects")
-        yield label_sample(
-            f"{drive}/{camera}/{time:010d}",
-            decode(image_path).rgb,
-            rig.intrinsics,
-            ground_probability=FirstChannel(label("ground_seg")).read(),
-            ground_depth_m=np.squeeze(label("hidden_depths").read()),
-            visible_depth_m=depth.read(),
-            untraversable=np.squeeze(mask.read()) > 0 if mask.exists() else None,
-            moving=np.squeeze(moving.read()) > 0 if moving.exists() else None,
-        )
-
-
-def _split_line(line: str) -> tuple[str, int, str]:
-    try:
-        drive, frame, side = line.split()
-        return drive, int(frame), SIDES[side]
-    except (ValueError, KeyError) as error:
-        raise SequenceError(
-            f"the line {line!r} is not 'drive frame side' with a side of l or r, such as "
-            "'2011_09_26/2011_09_26_drive_0001_sync 5 l'"
-        ) from error
-
-
-def _disparity_name(drive: str, camera: str, time: int) -> str:
+def disparity_name(drive: str, camera: str, time: int) -> str:
+    """Where the published disparity of a frame is, below the root."""
     return f"stereo_matching_disps/{drive}/{camera}/{time:010d}.npy"
 
 
@@ -238,7 +180,12 @@ def _pictures(folder: Path) -> dict[int, Path]:
     return {int(path.stem): path for path in found}
 
 
-def _rig(raw: Path, drive: str, picture: Path) -> Rig:
+def rig_of(raw: Path, drive: str, picture: Path) -> Rig:
+    """The cameras of a drive by its calibration, else by the published intrinsics.
+
+    Raises:
+        SequenceError: the calibration is not laid out as documented.
+    """
     with Image.open(picture) as image:
         width, height = image.size
     path = raw / drive.split("/", 1)[0] / "calib_cam_to_cam.txt"
@@ -283,8 +230,8 @@ def _depth(
     rig: Rig,
     drive: str,
     published: Path | None,
-) -> Source | None:
-    disparity = _published(published, _disparity_name(drive, camera, time))
+) -> LazyArray | None:
+    disparity = _published(published, disparity_name(drive, camera, time))
     if disparity is not None:
         return Disparity(disparity, rig.focal_per_width, rig.baseline_m)
     if camera == LEFT and {time} <= images[LEFT].keys() & images[RIGHT].keys():

@@ -1,4 +1,4 @@
-"""Which reader a folder wants: the layouts that sequences come in, told apart by what is there."""
+"""Detects the layout of a sequence from its files, and reads it."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from footprints_edge_models.sequences.sequence import Sequence, SequenceError
 
 
 def read_sequence(folder: Path, published: Path | None = None) -> Sequence:
-    """The sequence in a folder of any layout that is known here.
+    """Read the sequence in a folder of any supported layout.
 
     Args:
         folder: a sequence folder (see :mod:`folders`), a drive of KITTI raw in its place

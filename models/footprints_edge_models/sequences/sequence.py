@@ -1,7 +1,7 @@
-"""A moving camera: frames with poses, where their depth and ground come from, who sees whom.
+"""A moving camera: frames with poses, the files of their depth and ground, and their neighbours.
 
-Frames are descriptions; nothing is read until a source's ``read`` is called, so a sequence is
-small, can be pickled and travels to other processes and machines that see the same files.
+Frames are descriptions. Nothing is read until ``read`` is called, so a sequence is small, can be
+pickled, and can be sent to other processes and machines that see the same files.
 """
 
 from collections.abc import Sequence as Many
@@ -16,7 +16,7 @@ from PIL import Image
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.images import decode
-from footprints_edge_models.mapping.floor_map import Frame
+from footprints_edge_models.mapping.floor_map import DepthFrame
 from footprints_edge_models.mapping.stereo import stereo_depth_m
 
 LEAST_HITS = 2
@@ -27,11 +27,11 @@ class SequenceError(FootprintsError):
     """A sequence is missing, or not laid out as expected."""
 
 
-class Source(Protocol):
-    """Something of a frame that can be read when it is wanted."""
+class LazyArray(Protocol):
+    """An array of a frame, read on demand."""
 
     def read(self) -> NDArray[np.float32]:
-        """The values, float32; what they mean, and their shape, says who holds the source."""
+        """The values, float32; meaning and shape depend on the field of the frame."""
 
 
 @dataclass(frozen=True)
@@ -95,13 +95,13 @@ class Flow:
         to: name of the frame that it leads to.
     """
 
-    source: Source
+    source: LazyArray
     to: str
 
 
 @dataclass(frozen=True)
 class SequenceFrame:
-    """One picture of a moving camera.
+    """One frame of a moving camera.
 
     Attributes:
         name: unique in the sequence; may hold slashes.
@@ -111,7 +111,7 @@ class SequenceFrame:
         camera_to_world: (4, 4); camera axes are x right, y down, z forward.
         depth: reads metres along the optical axis, float32 (h, w), 0 where unknown.
         ground: reads the probability of visible ground, float32 (h, w), in [0, 1]; or None.
-        flow: optical flow to a neighbouring frame; None has it computed.
+        flow: optical flow to a neighbouring frame; None computes it.
     """
 
     name: str
@@ -119,17 +119,17 @@ class SequenceFrame:
     image: Path
     intrinsics: Intrinsics
     camera_to_world: NDArray[np.float64] = field(repr=False)
-    depth: Source
-    ground: Source | None = None
+    depth: LazyArray
+    ground: LazyArray | None = None
     flow: Flow | None = None
 
-    def measured(self) -> Frame:
+    def measured(self) -> DepthFrame:
         """The frame's depth with its pose, the camera in pixels of the depth; reads the depth."""
         depth_m = self.depth.read()
         size, camera = (depth_m.shape[0], depth_m.shape[1]), self.intrinsics
         if size != self.image_size():
             camera = camera.scaled(self.image_size(), size)
-        return Frame(depth_m, camera, self.camera_to_world)
+        return DepthFrame(depth_m, camera, self.camera_to_world)
 
     def image_size(self) -> tuple[int, int]:
         """(H, W) of the picture; reads its header only."""
@@ -144,9 +144,9 @@ class SequenceFrame:
 class InTime:
     """Neighbours are the frames shortly before and after, and the frame itself.
 
-    Of the others, those whose number is a multiple of ``step``: frames share their neighbours,
-    which then are read but once. The paper's training on KITTI: 25 frames back, 50 forward, every
-    second one, both cameras.
+    Only frames whose number is a multiple of ``step`` count: so frames share their neighbours, and
+    each is read once. The paper's setting for KITTI: 25 frames back, 50 forward, every second one,
+    both cameras.
     """
 
     before: int = 25
@@ -168,7 +168,7 @@ class InTime:
 class InSpace:
     """Neighbours are all frames whose camera stands within a box around this one.
 
-    The paper's training on Matterport: 10 m along the world's x and y, 1 m along its z.
+    The paper's setting for Matterport: 10 m along the world's x and y, 1 m along its z.
     """
 
     reach_m: tuple[float, float, float] = (10.0, 10.0, 1.0)
@@ -182,14 +182,14 @@ class InSpace:
 
 @dataclass(frozen=True)
 class Sequence:
-    """The frames of a moving camera, and which of them look at the same ground.
+    """The frames of a moving camera, and their neighbours, which look at the same ground.
 
     Attributes:
         name: for messages and file names.
         frames: in order of time.
         neighbours: whose ground is warped into a frame.
         least_hits: the paper's k for this kind of data.
-        up: direction against gravity, in the world, any length; None where nobody knows.
+        up: direction against gravity, in the world, any length; None where unknown.
     """
 
     name: str

@@ -1,1 +1,1 @@
-"""Losses, batches, the training loop and its validation."""
+"""Training: recipe, losses, batches, the loop, validation, plots, ablations."""

@@ -1,4 +1,4 @@
-"""The paper's ablations of the loss, trained alike and compared on what is held out."""
+"""The paper's ablations of the loss: trained alike, compared on held-out samples."""
 
 import csv
 from collections.abc import Callable
@@ -8,18 +8,19 @@ from typing import Any
 
 import torch
 
-from footprints_edge_models.data.datasets import Dataset
-from footprints_edge_models.training.trainer import Recipe, train
+from footprints_edge_models.data.mixture import TrainingDataset
+from footprints_edge_models.training.recipe import Recipe
+from footprints_edge_models.training.trainer import train
 
 ABLATIONS: dict[str, dict[str, Any]] = {
     "the paper's loss": {},
-    "without eq. 3b (untraversable pixels)": {"untraversable": False},
-    "lambda 0": {"prior": 0.0},
-    "lambda 0.5": {"prior": 0.5},
-    "lambda 1": {"prior": 1.0},
-    "without moving-object masks": {"moving": False},
+    "without eq. 3b (untraversable pixels)": {"footprint_masks": False},
+    "lambda 0": {"lambda_unknown": 0.0},
+    "lambda 0.5": {"lambda_unknown": 0.5},
+    "lambda 1": {"lambda_unknown": 1.0},
+    "without moving-object masks": {"moving_objects": False},
 }
-"""What each leaves out or changes of a recipe."""
+"""By name: the fields of a recipe that an ablation changes."""
 
 _COLUMNS = {
     "visible_ground_iou": "visible ground IoU",
@@ -29,18 +30,18 @@ _COLUMNS = {
 }
 
 Progress = Callable[[str, int, int, float], None]
-"""Told the ablation, its step, its steps and the loss."""
+"""Called with the ablation, its step, its number of steps and the loss."""
 
 
 def train_ablations(
-    datasets: dict[str, Dataset],
+    datasets: dict[str, TrainingDataset],
     recipe: Recipe,
     folder: Path,
     *,
     device: torch.device,
     progress: Progress | None = None,
 ) -> str:
-    """Trains every ablation of a recipe, each in a folder of its own, or goes on where it stopped.
+    """Train every ablation of a recipe, each in a folder of its own, or resume them.
 
     Returns:
         Markdown tables of the last validation's scores, one for each dataset.

@@ -1,4 +1,4 @@
-"""Batches that depend on the seed and the step alone: a resumed run sees what it would have.
+"""Batches that depend on the seed and the step alone, so that a resumed run sees the same ones.
 
 Worker threads prepare batches ahead; OpenCV and numpy release the interpreter lock.
 """
@@ -11,17 +11,17 @@ from dataclasses import fields
 import numpy as np
 import torch
 
-from footprints_edge_models.data.augmentation import View, render
-from footprints_edge_models.data.datasets import Dataset
+from footprints_edge_models.data.augmentation import VirtualView, render_view
+from footprints_edge_models.data.mixture import TrainingDataset
+from footprints_edge_models.data.targets import Targets
 from footprints_edge_models.networks.edge import focal_px_at
-from footprints_edge_models.training.losses import Targets
 
 Batch = tuple[torch.Tensor, Targets]
-"""RGB float32 (B, 3, h, w) in [0, 1], and what is known of it."""
+"""RGB float32 (B, 3, h, w) in [0, 1], and its targets."""
 
 
 def view_size(size: tuple[int, int], rng: np.random.Generator) -> tuple[int, int]:
-    """Landscape as asked for, portrait one time in five, square one time in seven or so."""
+    """The size of one batch: landscape as given, 20 % portrait, 15 % square of the same area."""
     dice = rng.random()
     if dice < 0.2:
         return size[1], size[0]
@@ -31,8 +31,8 @@ def view_size(size: tuple[int, int], rng: np.random.Generator) -> tuple[int, int
     return size
 
 
-def stack(views: list[View]) -> Batch:
-    """Views of one size to a batch."""
+def stack(views: list[VirtualView]) -> Batch:
+    """Stacks views of one size into a batch."""
     images = torch.from_numpy(np.stack([view.image for view in views]))
     targets = {
         field.name: torch.from_numpy(np.stack([getattr(view, field.name) for view in views]))
@@ -42,9 +42,9 @@ def stack(views: list[View]) -> Batch:
 
 
 def make_batch(
-    datasets: dict[str, Dataset], size: tuple[int, int], count: int, seed: int, step: int
+    datasets: dict[str, TrainingDataset], size: tuple[int, int], count: int, seed: int, step: int
 ) -> Batch:
-    """The batch of one step: each picture's dataset drawn by share, all views of one size."""
+    """The batch of one step: datasets drawn by their shares, all views of one size."""
     rng = np.random.default_rng((seed, step))
     filled = [dataset for dataset in datasets.values() if dataset.train]
     shares = np.array([dataset.share for dataset in filled])
@@ -53,19 +53,19 @@ def make_batch(
     views = []
     for choice in rng.choice(len(filled), count, p=shares / shares.sum()):
         samples = filled[choice].train
-        views.append(render(samples[rng.integers(len(samples))], size, rng, focal_px))
+        views.append(render_view(samples[rng.integers(len(samples))], size, rng, focal_px))
     return stack(views)
 
 
 def batches(
-    datasets: dict[str, Dataset],
+    datasets: dict[str, TrainingDataset],
     sizes: list[tuple[int, int]],
     count: int,
     seed: int,
     start: int,
     ahead: int = 4,
 ) -> Iterator[Batch]:
-    """The batches of steps ``start`` to the last, ``sizes`` holding one base size a step."""
+    """The batches from step ``start`` on; ``sizes`` holds the base size of each step."""
     queue: deque[Future[Batch]] = deque()
     steps = iter(range(start, len(sizes)))
     with ThreadPoolExecutor(2, thread_name_prefix="batches") as pool:

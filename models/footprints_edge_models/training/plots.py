@@ -1,4 +1,4 @@
-"""Pictures of a training run: its curves, and what the network makes of held-out samples."""
+"""Plots of a training run: its curves, and predictions on held-out samples."""
 
 import csv
 from pathlib import Path
@@ -9,15 +9,15 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from footprints_edge_models.data.augmentation import render
-from footprints_edge_models.data.datasets import Dataset
+from footprints_edge_models.data.augmentation import render_view
+from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.networks.channels import disparity_to_depth_m
 
 GREEN, BLUE = (40, 200, 90), (60, 120, 255)
 
 
 def draw_curves(run: Path) -> None:
-    """Losses and held-out scores of a run folder's CSV files to its ``curves.png``."""
+    """Plot the losses and held-out scores in a run folder to its ``curves.png``."""
     from matplotlib.figure import Figure
 
     with (run / "train.csv").open() as file:
@@ -54,16 +54,16 @@ def draw_curves(run: Path) -> None:
 
 @torch.no_grad()
 def draw_predictions(
-    network: nn.Module, datasets: dict[str, Dataset], size: tuple[int, int], path: Path
+    network: nn.Module, datasets: dict[str, TrainingDataset], size: tuple[int, int], path: Path
 ) -> None:
-    """A grid: picture; visible (green) and hidden (blue) ground; visible and ground depth."""
+    """Draw a grid: image; visible (green) and hidden (blue) ground; visible and ground depth."""
     was_training = network.training
     network.eval()
     device = next(network.parameters()).device
     rows = []
     for dataset in datasets.values():
         for sample in dataset.held_out[:: max(1, len(dataset.held_out) // 3)][:3]:
-            image = render(sample, size).image
+            image = render_view(sample, size).image
             batch = torch.from_numpy(image).permute(2, 0, 1)[None].float().to(device) / 255
             raw = network(batch)[0].cpu()
             visible, ground = (raw[:2] > 0).numpy()

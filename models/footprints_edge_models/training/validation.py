@@ -1,4 +1,4 @@
-"""How good a network is on held-out samples, per dataset: the numbers that training logs."""
+"""Scores of a network on held-out samples, per dataset, as training logs them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,8 +7,8 @@ import numpy as np
 import torch
 from torch import nn
 
-from footprints_edge_models.data.augmentation import render
-from footprints_edge_models.data.datasets import Dataset
+from footprints_edge_models.data.augmentation import render_view
+from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.networks.channels import disparity_to_depth_m
 from footprints_edge_models.networks.edge import focal_px_at
 from footprints_edge_models.sample import Sample
@@ -16,12 +16,12 @@ from footprints_edge_models.training.batches import stack
 
 
 @dataclass(frozen=True)
-class Scores:
-    """Sums over the pixels where the truth is known; NaN where nothing is.
+class ValidationScores:
+    """Scores over all labelled pixels; NaN where there are none.
 
     Attributes:
-        visible_ground_iou: of S at probability 0.5.
-        ground_iou: of S*, over traversable and untraversable pixels.
+        visible_ground_iou: IoU of S at probability 0.5.
+        ground_iou: IoU of S*, over traversable and untraversable pixels.
         visible_depth_abs_rel: mean |d - d^| / d of D, canonical camera.
         ground_depth_abs_rel: the same of D*.
         ground_depth_a1: share of D* within a factor of 1.25.
@@ -35,17 +35,19 @@ class Scores:
 
 
 @torch.no_grad()
-def validate(network: nn.Module, samples: Sequence[Sample], size: tuple[int, int]) -> Scores:
-    """Scores on the central views of samples, one at a time."""
+def validate(
+    network: nn.Module, samples: Sequence[Sample], size: tuple[int, int]
+) -> ValidationScores:
+    """ValidationScores on the central views of samples, one at a time."""
     device = next(network.parameters()).device
     pixels = np.zeros(9)
     for sample in samples:
-        image, targets = stack([render(sample, size, focal_px=focal_px_at(size))])
+        image, targets = stack([render_view(sample, size, focal_px=focal_px_at(size))])
         targets = targets.to(device)
         raw = network(image.to(device))
         visible, ground = raw[:, 0] > 0, raw[:, 1] > 0
         visible_m, ground_m = disparity_to_depth_m(raw[:, 2:]).unbind(1)
-        known = targets.visible_ground_known > 0
+        valid = targets.visible_ground_valid > 0
         decided = (targets.ground + targets.untraversable) > 0
         true_visible, true_ground = targets.visible_ground > 0, targets.ground > 0
         has_visible_m, has_ground_m = targets.visible_depth_m > 0, targets.ground_depth_m > 0
@@ -53,8 +55,8 @@ def validate(network: nn.Module, samples: Sequence[Sample], size: tuple[int, int
         ratio = (ground_m / targets.ground_depth_m)[has_ground_m]
         pixels += np.array(
             [
-                (visible & true_visible & known).sum().item(),
-                ((visible | true_visible) & known).sum().item(),
+                (visible & true_visible & valid).sum().item(),
+                ((visible | true_visible) & valid).sum().item(),
                 (ground & true_ground & decided).sum().item(),
                 ((ground | true_ground) & decided).sum().item(),
                 visible_error.sum().item(),
@@ -66,12 +68,12 @@ def validate(network: nn.Module, samples: Sequence[Sample], size: tuple[int, int
         )
     with np.errstate(invalid="ignore"):
         values = pixels[[0, 2, 4, 6, 7]] / pixels[[1, 3, 5, 8, 8]]
-    return Scores(*(float(value) for value in values))
+    return ValidationScores(*(float(value) for value in values))
 
 
 def validate_all(
-    network: nn.Module, datasets: dict[str, Dataset], size: tuple[int, int], most: int = 40
-) -> dict[str, Scores]:
+    network: nn.Module, datasets: dict[str, TrainingDataset], size: tuple[int, int], most: int = 40
+) -> dict[str, ValidationScores]:
     """Scores of each dataset's held-out samples, at most ``most`` of each, evenly spread."""
     was_training = network.training
     network.eval()

@@ -1,1 +1,1 @@
-"""Training labels of a moving camera's frames, and the jobs that make them."""
+"""Training labels made from video, and the job that makes them."""

@@ -1,4 +1,4 @@
-"""A picture of labels for people to judge: a row a frame, spread evenly over the sequence."""
+"""A contact sheet of labels, to judge by eye: one frame per row, spread over the sequence."""
 
 import io
 from collections.abc import Callable
@@ -11,9 +11,11 @@ from PIL import Image, ImageDraw, ImageFont
 from footprints_edge.drawing.colormap import FARTHEST_M, colour_scale, colours_of, scale_position
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge_models.video_labels.files import frame_names, read_frame
-from footprints_edge_models.video_labels.footprint_masks import GROUND_PROBABILITY
+from footprints_edge_models.video_labels.footprint_masks import (
+    GROUND_PROBABILITY,
+    NOT_GROUND_PROBABILITY,
+)
 from footprints_edge_models.video_labels.labeller import FrameLabels
-from footprints_edge_models.video_labels.training_targets import NOT_GROUND_PROBABILITY
 
 WIDTH_PX = 1960
 ROWS = 8
@@ -36,7 +38,7 @@ Picture = NDArray[np.uint8]
 
 
 def write_contact_sheet(folder: Path) -> Path:
-    """Draws the contact sheet of a folder of labels into it; says where."""
+    """Draw the contact sheet of a folder of labels into it; returns its path."""
     path = folder / "contact-sheet.png"
     buffer = io.BytesIO()
     draw_contact_sheet(folder).save(buffer, "PNG")
@@ -45,14 +47,14 @@ def write_contact_sheet(folder: Path) -> Path:
 
 
 def draw_contact_sheet(folder: Path, rows: int = ROWS) -> Image.Image:
-    """Draws some frames of a folder of labels.
+    """Draw some frames of a folder of labels.
 
-    Columns: the picture; the probability of visible ground, white is certain; what is known of
-    the ground, over the dimmed picture; the distance of the ground, seen or hidden.
+    Columns: the image; the probability of visible ground, white is certain; the ground labels over
+    the dimmed image; the depth of the ground, seen or hidden.
 
     Args:
-        folder: of labels, with at least one frame's.
-        rows: how many frames at most.
+        folder: folder of labels of at least one frame.
+        rows: greatest number of frames.
 
     Returns:
         RGB image, ``WIDTH_PX`` wide.
@@ -107,7 +109,7 @@ def _label(labels: FrameLabels) -> Picture:
         ((labels.ground_probability > GROUND_PROBABILITY) | (ground & ~not_ground), _VISIBLE),
         (labels.moving & not_ground, _MOVING),
         (ground & not_ground, _HIDDEN),
-        (labels.untraversable, _OBSTACLE),
+        (labels.footprint_mask, _OBSTACLE),
     ):
         picture[mask] = 0.45 * picture[mask] + 0.6 * np.array(colour, np.float32)
     return np.asarray(np.rint(np.clip(picture, 0, 255)), np.uint8)
@@ -127,7 +129,7 @@ def _fitted(picture: Picture, size: tuple[int, int]) -> Image.Image:
 
 
 def _draw_legend(sheet: Image.Image, y: int) -> None:
-    """What the colours mean, and the scale of distance."""
+    """The meaning of the colours, and the scale of depth."""
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(_LETTER_PX)
     x = _GAP_PX
     for colour, word in _LEGEND:

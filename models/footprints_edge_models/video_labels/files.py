@@ -1,6 +1,6 @@
-"""Labels on disk: ``labels.json`` says what made them, and each frame has a file of its own.
+"""Labels on disk: ``labels.json`` with the settings, and a file per frame.
 
-A frame's file appears whole or not at all, so a frame is done exactly when its file reads.
+A frame's file is written atomically, so a frame is done exactly when its file reads.
 """
 
 import io
@@ -33,12 +33,12 @@ class LabelFilesError(FootprintsError):
 
 
 def frame_path(folder: Path, name: str) -> Path:
-    """Where the labels of a frame are."""
+    """The file of a frame's labels."""
     return folder / "frames" / f"{name}.npz"
 
 
 def claim(folder: Path, sequence: Sequence, settings: LabelSettings) -> None:
-    """Makes the folder this job's, or finds that it is.
+    """Begin a folder for a job, or check that it was begun for the same one.
 
     Raises:
         LabelFilesError: it holds labels of another sequence, or made with other settings.
@@ -63,12 +63,12 @@ def claim(folder: Path, sequence: Sequence, settings: LabelSettings) -> None:
         if before != value:
             raise LabelFilesError(
                 f"{folder} holds labels with {key} = {json.dumps(before)}, now it is "
-                f"{json.dumps(value)}; choose another folder, or the options of then to go on"
+                f"{json.dumps(value)}; choose another folder, or the same options to resume"
             )
 
 
 def read_about(folder: Path) -> dict[str, Any]:
-    """What ``labels.json`` says.
+    """The contents of ``labels.json``.
 
     Raises:
         LabelFilesError: it is missing, damaged, or of another format.
@@ -80,14 +80,14 @@ def read_about(folder: Path) -> dict[str, Any]:
         raise LabelFilesError(f"{path}: not readable ({error})") from error
     if not isinstance(about, dict) or about.get("format") != _FORMAT:
         raise LabelFilesError(
-            f"{path}: not of the format that this version writes ({_FORMAT}); make the labels anew "
-            "in another folder"
+            f"{path}: not of the format that this version writes ({_FORMAT}); make the "
+            "labels again in another folder"
         )
     return about
 
 
 def write_frame(folder: Path, labels: FrameLabels) -> None:
-    """Writes the labels of a frame, whole or not at all.
+    """Write the labels of a frame atomically.
 
     Depths and probability are float16, right to 0.05 %; the picture is JPEG of quality 95.
     """
@@ -101,7 +101,7 @@ def write_frame(folder: Path, labels: FrameLabels) -> None:
         ground_probability=labels.ground_probability.astype(np.float16),
         visible_depth_m=labels.visible_depth_m.astype(np.float16),
         ground_depth_m=labels.ground_depth_m.astype(np.float16),
-        untraversable=labels.untraversable,
+        untraversable=labels.footprint_mask,
         moving=labels.moving,
     )
     write_atomically(frame_path(folder, labels.name), data.getvalue())
@@ -133,13 +133,13 @@ def read_frame(folder: Path, name: str) -> FrameLabels:
 
 
 def frame_names(folder: Path) -> list[str]:
-    """The frames that have a file, sorted."""
+    """The names of the frames that have a file, sorted."""
     frames = folder / "frames"
     return sorted(p.relative_to(frames).with_suffix("").as_posix() for p in frames.rglob("*.npz"))
 
 
 def remove_fragments(folder: Path) -> None:
-    """Removes what a killed process left half written."""
+    """Remove files that a killed process left half written."""
     for path in folder.rglob(".*.part"):
         path.unlink(missing_ok=True)
 

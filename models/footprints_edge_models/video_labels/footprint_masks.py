@@ -1,7 +1,7 @@
-"""Pixels whose ground an object stands on: depth masking (paper, section "Depth masking").
+"""Footprint masks: pixels whose ground an object stands on (paper, section "Depth masking").
 
-Every point that is not ground is moved along the ground plane's normal onto the plane; where that
-ends up beneath what the camera sees there, somebody would walk into it.
+Every point that is not ground is projected along the ground plane's normal onto the plane. Where it
+lands beneath the surface that the camera sees there, somebody would walk into it.
 """
 
 import cv2
@@ -13,11 +13,14 @@ from footprints_edge_models.mapping.planes import fit_plane
 
 GROUND_PROBABILITY = 0.75
 """Above this a pixel is ground to fit planes to and to warp; below 0.5 it is not."""
+NOT_GROUND_PROBABILITY = 0.5
+"""Below this a pixel is not ground; between the two it is undecided."""
 LEAST_GROUND_PX = 100
-"""Fewer ground pixels carry no plane: then nothing is known to be untraversable."""
+"""Fewer ground pixels carry no plane: then the mask is empty."""
 FARTHEST_M = 30.0
 NEAR_SHARE = 0.1
-"""What a splat meets must lie within this share of the depth seen there: its own object's foot."""
+"""A splat counts where it meets the plane within this share of the depth seen there: at the foot of
+its own object."""
 LARGEST_SHARE = 0.01
 """Connected regions larger than this share of the picture are walls and errors, not footprints."""
 
@@ -27,7 +30,7 @@ _SPLAT, _BACKWARD = 15, 6
 what the published steps of 0.025 m from -0.1 m to 0.1 m, the last excluded, reach."""
 
 
-def untraversable_pixels(
+def footprint_pixels(
     depth_m: NDArray[np.float32],
     ground_probability: NDArray[np.float32],
     intrinsics: Intrinsics,
@@ -35,7 +38,7 @@ def untraversable_pixels(
     *,
     as_published: bool = False,
 ) -> NDArray[np.bool_]:
-    """Pixels that are definitely not traversable, before large regions are dropped.
+    """The footprint mask of a frame, before large regions are dropped.
 
     Splats are kept as cells of the plane, each once. Far away, where a pixel covers many cells,
     the cells are projected into the picture; nearby, where a cell covers many pixels, the pixels
@@ -43,11 +46,11 @@ def untraversable_pixels(
 
     Args:
         depth_m: float32 (H, W), metres along the optical axis, 0 where unknown.
-        ground_probability: float32 (H, W), of visible ground.
+        ground_probability: float32 (H, W), probability of visible ground.
         intrinsics: the camera, in pixels of (H, W).
-        seed: of the plane's RANSAC.
-        as_published: cut projected coordinates off to the pixel below, as the paper's code does,
-            instead of rounding them.
+        seed: seed of the plane's RANSAC.
+        as_published: truncate projected coordinates, as the paper's code does, instead of rounding
+            them.
 
     Returns:
         bool (H, W); all False where fewer than ``LEAST_GROUND_PX`` pixels are ground.

@@ -1,7 +1,7 @@
 """The training labels of one frame of a moving camera (paper, section "Learning to predict").
 
-What its neighbours saw of the ground is warped into the frame and aggregated; its own depth says
-where something stands on the ground, and, against optical flow, what moves.
+The ground that its neighbours saw is warped into the frame and aggregated. The frame's own depth
+gives the footprints of objects and, compared with optical flow, the moving objects.
 """
 
 from collections import OrderedDict
@@ -18,21 +18,21 @@ from footprints_edge_models.sample import nearest, within
 from footprints_edge_models.sequences.sequence import InTime, Sequence, SequenceError
 from footprints_edge_models.video_labels.footprint_masks import (
     GROUND_PROBABILITY,
-    untraversable_pixels,
+    footprint_pixels,
 )
 from footprints_edge_models.video_labels.moving_objects import (
-    believed_flow_px,
+    checked_flow_px,
     induced_flow_px,
     moving_pixels,
 )
-from footprints_edge_models.video_labels.visible_ground import GroundFrom, ground_reader
+from footprints_edge_models.video_labels.visible_ground import GroundSource, ground_reader
 from footprints_edge_models.video_labels.warping import aggregate, warp_depth
 
 FARTHEST_M = 30.0
-"""Ground farther from a neighbour than this is not warped: its depth is not worth it."""
+"""Ground farther from a neighbour than this is not warped: its depth is too coarse."""
 
 _KEPT_FRAMES = 320
-"""Frames kept in memory for those that follow: 1.3 MB each at 256x448."""
+"""Frames cached for those that follow: 1.3 MB each at 256x448."""
 
 
 @dataclass(frozen=True)
@@ -40,34 +40,33 @@ class LabelSettings:
     """Everything that decides the labels of a sequence.
 
     Attributes:
-        size: (H, W) of the labels; None keeps each picture's aspect, its longest side 512 px.
-        ground: where visible ground comes from (see :mod:`ground`).
+        size: (H, W) of the labels; None keeps the aspect, with a longest side of 512 px.
+        ground: source of visible ground (see :mod:`visible_ground`).
         source: the teacher's file, or the model's file or name; None for the default model.
-        as_published: warp and splat in the steps of the paper's code, half a pixel off.
+        as_published: warp and splat exactly as the paper's code does, half a pixel off.
     """
 
     size: tuple[int, int] | None = None
-    ground: GroundFrom = "given"
+    ground: GroundSource = "given"
     source: str | None = None
     as_published: bool = False
 
 
 @dataclass(frozen=True)
 class FrameLabels:
-    """What is known of one frame, all at one size (H, W).
+    """The labels of one frame, all at one size (H, W).
 
-    The label of the walkable surface is ``ground_depth_m > 0`` or visible ground, without
-    ``untraversable``.
+    The walkable surface is ``ground_depth_m > 0`` or visible ground, without ``footprint_mask``.
 
     Attributes:
         name: of the frame.
         image: uint8 (H, W, 3), RGB.
         intrinsics: in pixels of (H, W).
-        ground_probability: float32 (H, W), of visible ground.
+        ground_probability: float32 (H, W), probability of visible ground.
         visible_depth_m: float32 (H, W), metres, 0 where unknown.
         ground_depth_m: float32 (H, W), metres, eq. 1 and 2; 0 where too few frames saw ground.
-        untraversable: bool (H, W), things stand here.
-        moving: bool (H, W), things that move (the paper's 1 - mu).
+        footprint_mask: bool (H, W), footprints of objects.
+        moving: bool (H, W), moving objects (the paper's 1 - mu).
     """
 
     name: str
@@ -76,13 +75,13 @@ class FrameLabels:
     ground_probability: NDArray[np.float32]
     visible_depth_m: NDArray[np.float32]
     ground_depth_m: NDArray[np.float32]
-    untraversable: NDArray[np.bool_]
+    footprint_mask: NDArray[np.bool_]
     moving: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class _Seen:
-    """A frame as its neighbours need it, at the labels' size."""
+class _PreparedFrame:
+    """A frame as its neighbours need it, at the size of the labels."""
 
     image: NDArray[np.uint8]
     camera: Intrinsics
@@ -96,7 +95,7 @@ class _Seen:
 
 
 class Labeller:
-    """Makes the labels of a sequence's frames; keeps frames that the next one will need, too."""
+    """Makes the labels of a sequence's frames; caches the frames that the next ones need, too."""
 
     def __init__(self, sequence: Sequence, settings: LabelSettings) -> None:
         """Prepares the source of visible ground.
@@ -107,7 +106,7 @@ class Labeller:
         self._sequence = sequence
         self._settings = settings
         self._ground = ground_reader(sequence, settings.ground, settings.source)
-        self._seen: OrderedDict[int, _Seen] = OrderedDict()
+        self._seen: OrderedDict[int, _PreparedFrame] = OrderedDict()
 
     def label(self, index: int) -> FrameLabels:
         """The labels of one frame.
@@ -119,14 +118,14 @@ class Labeller:
                 none of its neighbours can be read.
         """
         frames = self._sequence.frames
-        frame, seen = frames[index], self._see(index)
+        frame, seen = frames[index], self._prepare(index)
         size = (seen.depth_m.shape[0], seen.depth_m.shape[1])
         from_world = np.linalg.inv(frame.camera_to_world)
         warped = []
         failures = []
         for other in self._sequence.neighbours.of(frames, index):
             try:
-                neighbour = self._see(other)
+                neighbour = self._prepare(other)
             except (FootprintsError, OSError, ValueError) as error:
                 failures.append(error)
                 continue
@@ -150,7 +149,7 @@ class Labeller:
             ground_probability=seen.ground_probability,
             visible_depth_m=seen.depth_m,
             ground_depth_m=aggregate(np.stack(warped), self._sequence.least_hits),
-            untraversable=untraversable_pixels(
+            footprint_mask=footprint_pixels(
                 seen.depth_m,
                 seen.ground_probability,
                 seen.camera,
@@ -161,12 +160,12 @@ class Labeller:
 
     def _moving(self, index: int) -> NDArray[np.bool_]:
         frames = self._sequence.frames
-        frame, seen = frames[index], self._see(index)
+        frame, seen = frames[index], self._prepare(index)
         other = self._flow_to(index)
         if other is None:
             return np.zeros(seen.depth_m.shape, bool)
         try:
-            after = self._see(other)
+            after = self._prepare(other)
         except (FootprintsError, OSError, ValueError):  # that frame will fail by itself
             return np.zeros(seen.depth_m.shape, bool)
         to_other = np.linalg.inv(frames[other].camera_to_world) @ frame.camera_to_world
@@ -177,11 +176,11 @@ class Labeller:
         returning_px = induced_flow_px(
             after.depth_m, after.camera, seen.camera, np.linalg.inv(to_other)
         )
-        optical_px = believed_flow_px(seen.image, after.image, induced_px, returning_px)
+        optical_px = checked_flow_px(seen.image, after.image, induced_px, returning_px)
         return moving_pixels(induced_px, optical_px)
 
     def _flow_to(self, index: int) -> int | None:
-        """The frame that the flow leads to: the one stated, else the camera's next or previous."""
+        """The frame that the flow leads to: the stated one, else the camera's next or previous."""
         frames = self._sequence.frames
         frame = frames[index]
         if frame.flow is not None:
@@ -200,7 +199,7 @@ class Labeller:
             return None
         return same[place + 1] if place + 1 < len(same) else same[place - 1]
 
-    def _see(self, index: int) -> _Seen:
+    def _prepare(self, index: int) -> _PreparedFrame:
         if index in self._seen:
             self._seen.move_to_end(index)
             return self._seen[index]
@@ -209,7 +208,7 @@ class Labeller:
         own = (image.shape[0], image.shape[1])
         size = self._settings.size or within(own)
         probability = self._ground(frame)
-        seen = _Seen(
+        seen = _PreparedFrame(
             image=cv2.resize(image, size[::-1], interpolation=cv2.INTER_AREA),
             camera=frame.intrinsics.scaled(own, size),
             depth_m=nearest(frame.depth.read(), size),

@@ -1,7 +1,7 @@
-"""Pixels of things that move by themselves (paper, section "Masking moving objects").
+"""Masks of moving objects (paper, section "Masking moving objects").
 
-The camera's own motion and the depth say where a standing pixel would go (induced flow); optical
-flow says where it went. Where the two ends lie more than tau apart, something moved.
+Depth and the camera's motion give the flow of a static pixel (induced flow); optical flow gives the
+actual one. Where the two differ by more than tau, something moved.
 """
 
 import cv2
@@ -13,9 +13,9 @@ from footprints_edge.geometry.camera import Intrinsics, backproject
 TAU_PX = 3.0
 
 LEAST_GAIN = 5.0
-"""Grey levels, of 255."""
+"""Grey levels, out of 255, by which optical flow must explain the other image better."""
 MOST_MOVING = 0.5
-"""Where more than this share of a picture seems to move, its pose or depth is wrong instead."""
+"""Where more than this share of an image seems to move, its pose or depth is wrong."""
 
 
 def induced_flow_px(
@@ -24,7 +24,7 @@ def induced_flow_px(
     target: Intrinsics,
     source_to_target: NDArray[np.floating],
 ) -> NDArray[np.float32]:
-    """How far every pixel moves in the picture if nothing but the camera does.
+    """The flow of every pixel if nothing but the camera moves.
 
     Args:
         depth_m: float32 (H, W), metres along the optical axis, 0 where unknown.
@@ -54,8 +54,8 @@ def optical_flow_px(
     Args:
         image: uint8 (H, W, 3), RGB.
         other: uint8 (H, W, 3), RGB.
-        start_px: float32 (H, W, 2), where the search begins, NaN for nowhere in particular. With
-            the induced flow, fast cameras are followed, and what stands still is soon found.
+        start_px: float32 (H, W, 2), initial flow, NaN for none. The induced flow lets the search
+            follow fast cameras.
 
     Returns:
         float32 (H, W, 2), pixels along x and y.
@@ -66,14 +66,14 @@ def optical_flow_px(
     return flow
 
 
-def there_and_back(
+def is_consistent(
     forward_px: NDArray[np.float32], backward_px: NDArray[np.float32]
 ) -> NDArray[np.bool_]:
-    """Where optical flow may be believed: forward and back again ends where it began.
+    """The forward-backward check of optical flow: forward and back again ends where it began.
 
     Args:
-        forward_px: float32 (H, W, 2), from one picture to another.
-        backward_px: float32 (H, W, 2), from the other to the one.
+        forward_px: float32 (H, W, 2), from one image to another.
+        backward_px: float32 (H, W, 2), from the other image back.
 
     Returns:
         bool (H, W), within half of ``TAU_PX``.
@@ -82,20 +82,20 @@ def there_and_back(
     x = forward_px[..., 0] + np.arange(width, dtype=np.float32)
     y = forward_px[..., 1] + np.arange(height, dtype=np.float32)[:, None]
     back_px = cv2.remap(backward_px, x, y, cv2.INTER_LINEAR)
-    believed: NDArray[np.bool_] = np.linalg.norm(forward_px + back_px, axis=-1) < TAU_PX / 2
-    return believed
+    consistent: NDArray[np.bool_] = np.linalg.norm(forward_px + back_px, axis=-1) < TAU_PX / 2
+    return consistent
 
 
-def needs_motion(
+def flow_explains_better(
     image: NDArray[np.uint8],
     other: NDArray[np.uint8],
     induced_px: NDArray[np.float32],
     optical_px: NDArray[np.float32],
 ) -> NDArray[np.bool_]:
-    """Where optical flow explains the other picture better than standing still does.
+    """Where optical flow has a lower photometric error than the induced flow.
 
-    On plain walls and in blur optical flow drifts, forward and back alike; but there the colours
-    at the end of the induced flow fit as well.
+    On plain walls and in blur, optical flow drifts in both directions and passes the
+    forward-backward check; but there the induced flow has as low an error.
 
     Args:
         image: uint8 (H, W, 3), RGB.
@@ -104,7 +104,7 @@ def needs_motion(
         optical_px: float32 (H, W, 2).
 
     Returns:
-        bool (H, W): by more than ``LEAST_GAIN`` grey levels on average around a pixel.
+        bool (H, W): lower by more than ``LEAST_GAIN`` grey levels, averaged around a pixel.
     """
     grey, other_grey = (
         cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32) for picture in (image, other)
@@ -123,13 +123,13 @@ def needs_motion(
     return misfit(induced_px) > misfit(optical_px) + LEAST_GAIN
 
 
-def believed_flow_px(
+def checked_flow_px(
     image: NDArray[np.uint8],
     other: NDArray[np.uint8],
     induced_px: NDArray[np.float32],
     returning_px: NDArray[np.float32],
 ) -> NDArray[np.float32]:
-    """Optical flow as far as it may contradict the induced flow.
+    """Optical flow after a forward-backward check and a photometric check.
 
     Args:
         image: uint8 (H, W, 3), RGB.
@@ -138,16 +138,18 @@ def believed_flow_px(
         returning_px: float32 (H, W, 2), induced from the other to the picture.
 
     Returns:
-        float32 (H, W, 2): the induced flow where that explains the pictures as well, NaN where
-        optical flow does not lead back.
+        float32 (H, W, 2): the induced flow where its photometric error is as low, NaN where the
+        forward-backward check fails.
     """
     forward_px = optical_flow_px(image, other, induced_px)
     backward_px = optical_flow_px(other, image, returning_px)
     flow_px = forward_px.copy()
-    flow_px[~there_and_back(forward_px, backward_px)] = np.nan
+    flow_px[~is_consistent(forward_px, backward_px)] = np.nan
     if not moving_pixels(induced_px, flow_px).any():  # nothing does, or the pose is wrong
         return flow_px
-    explained = ~needs_motion(image, other, induced_px, forward_px) & np.isfinite(flow_px[..., 0])
+    explained = ~flow_explains_better(image, other, induced_px, forward_px) & np.isfinite(
+        flow_px[..., 0]
+    )
     flow_px[explained] = induced_px[explained]
     return flow_px
 
@@ -155,16 +157,15 @@ def believed_flow_px(
 def moving_pixels(
     induced_px: NDArray[np.float32], optical_px: NDArray[np.float32]
 ) -> NDArray[np.bool_]:
-    """Where induced and optical flow end more than ``TAU_PX`` apart.
+    """Where induced and optical flow differ by more than ``TAU_PX``.
 
     Args:
         induced_px: float32 (H, W, 2), NaN where unknown.
-        optical_px: float32 (H, W, 2), NaN where not to be believed.
+        optical_px: float32 (H, W, 2), NaN where it failed its checks.
 
     Returns:
-        bool (H, W). Not called moving are pixels of which either flow is unknown, and those that
-        leave the picture, where optical flow has nothing to hold on to. All False where more than
-        ``MOST_MOVING`` of the others disagree.
+        bool (H, W). False where either flow is unknown, and where a pixel leaves the image. All
+        False where more than ``MOST_MOVING`` of the other pixels differ.
     """
     height, width = induced_px.shape[:2]
     x = induced_px[..., 0] + np.arange(width)

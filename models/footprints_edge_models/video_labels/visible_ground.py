@@ -1,4 +1,4 @@
-"""Where the labels' visible ground comes from: files, depth, the ground teacher, or a model.
+"""Sources of visible ground: label files, depth, a teacher network, or one of our models.
 
 Each is a function from a frame to the probability that a pixel shows walkable ground, float32
 (h, w) at a size of its own.
@@ -18,22 +18,22 @@ from footprints_edge_models.sample import NO, UNKNOWN, YES
 from footprints_edge_models.sequences.folders import WALKABLE
 from footprints_edge_models.sequences.sequence import Sequence, SequenceError, SequenceFrame
 
-GroundFrom: TypeAlias = Literal["given", "depth", "teacher", "model"]
+GroundSource: TypeAlias = Literal["given", "depth", "teacher", "model"]
 """The frame's own label file; the floor plane in the clip's depth; a TFLite segmenter of ADE20K;
 channel 0 of a model of ours."""
 
 UNDECIDED = 0.6
-"""Neither ground to warp (above 0.75) nor a thing to walk into (below 0.5)."""
+"""Probability of pixels that are neither ground to warp (above 0.75) nor obstacles (below 0.5)."""
 
 GroundReader: TypeAlias = Callable[[SequenceFrame], NDArray[np.float32]]
 
 
-def ground_reader(sequence: Sequence, ground: GroundFrom, source: str | None) -> GroundReader:
+def ground_reader(sequence: Sequence, ground: GroundSource, source: str | None) -> GroundReader:
     """The function that reads the visible ground of a sequence's frames.
 
     Args:
-        sequence: whose frames.
-        ground: from where.
+        sequence: the sequence.
+        ground: the source.
         source: the teacher's file, or the model's file or name (None for the default model).
     """
     if ground == "depth":
@@ -56,7 +56,7 @@ def given_ground(frame: SequenceFrame) -> NDArray[np.float32]:
     """The probability that comes with the frame.
 
     Raises:
-        SequenceError: None does.
+        SequenceError: the frame comes without one.
     """
     if frame.ground is None:
         raise SequenceError(
@@ -67,19 +67,19 @@ def given_ground(frame: SequenceFrame) -> NDArray[np.float32]:
 
 
 def ground_on_floor(sequence: Sequence, every: int = 4) -> GroundReader:
-    """Ground is what lies on the clip's floor plane, for level floors and measured depth.
+    """Ground is the clip's floor plane, for level floors and measured depth.
 
     Args:
-        sequence: whose ``every``-th frames give the plane.
-        every: frames between two that are read for it.
+        sequence: the sequence.
+        every: the plane is fitted to every Nth frame.
 
     Raises:
-        SequenceError: Nobody knows which way is up in the sequence.
+        SequenceError: the sequence does not say which way is up.
     """
     if sequence.up is None:
         raise SequenceError(
-            f"{sequence.name}: a floor cannot be found in the depth where nobody knows which way "
-            "is up; take the ground from 'given', 'teacher' or 'model'"
+            f"{sequence.name}: no floor can be fitted, the sequence does not say which way is up; "
+            "take the ground from 'given', 'teacher' or 'model'"
         )
     plane = fit_floor(
         (frame.measured() for frame in sequence.frames[::every]), np.array(sequence.up)
@@ -95,7 +95,7 @@ def ground_on_floor(sequence: Sequence, every: int = 4) -> GroundReader:
 
 
 def teacher_ground(path: Path) -> GroundReader:
-    """Ground as an image segmenter in TFLite form sees it: class ids of ADE20K, square input.
+    """Ground by a semantic segmenter in TFLite format: class ids of ADE20K, square input.
 
     Args:
         path: the .tflite file: uint8 (1, S, S, 3) RGB in, class ids (1, S, S) out.
@@ -103,7 +103,7 @@ def teacher_ground(path: Path) -> GroundReader:
     from ai_edge_litert.interpreter import Interpreter
 
     if not path.is_file():
-        raise SequenceError(f"{path}: no such file; the teacher is a segmenter in TFLite form")
+        raise SequenceError(f"{path}: no such file; the teacher is a segmenter in TFLite format")
     interpreter = Interpreter(model_path=str(path), num_threads=1)
     interpreter.allocate_tensors()
     given, wanted = interpreter.get_input_details()[0], interpreter.get_output_details()[0]
@@ -121,7 +121,7 @@ def teacher_ground(path: Path) -> GroundReader:
 
 
 def model_ground(name: str | None) -> GroundReader:
-    """Ground as one of our own models sees it (channel 0).
+    """Ground by one of our models (channel 0).
 
     Args:
         name: a file or a registered name; None for the default model.

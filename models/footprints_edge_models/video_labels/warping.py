@@ -1,7 +1,7 @@
-"""Ground that other frames see, brought into this one (paper, eq. 1 and 2).
+"""Warps the ground of other frames into this one (paper, eq. 1 and 2).
 
 Forward warping moves every ground pixel of a neighbour to where this frame's camera would see it.
-What several neighbours agree on becomes the label of the walkable surface, seen or hidden.
+Where several neighbours agree, it becomes the label of the walkable surface, seen or hidden.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ def warp_depth(
     *,
     as_published: bool = False,
 ) -> NDArray[np.float32]:
-    """A depth map as another camera sees its points: sparse, with holes.
+    """Forward-warp a depth map into another camera: sparse, with holes.
 
     Args:
         depth_m: float32 (h, w), metres along the optical axis; 0 where there is nothing to warp.

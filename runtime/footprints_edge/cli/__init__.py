@@ -1,1 +1,1 @@
-"""The commands. Typer and nothing else is imported before a command runs: help comes at once."""
+"""The commands. Only Typer is imported before a command runs, so help appears at once."""

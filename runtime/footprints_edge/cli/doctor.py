@@ -1,4 +1,4 @@
-"""What `fp-models doctor` finds out about a machine."""
+"""The checks of `fp-models doctor`: machine facts, timing and advice."""
 
 import platform
 from importlib.metadata import version
@@ -17,7 +17,7 @@ RUNS = 20
 _SIZE = (256, 448)
 _VNNI = {"avx512_vnni", "avx_vnni"}
 _DOT_PRODUCT = {"asimddp", "i8mm"}
-_OF_INTEREST = ("avx2", "avx512f", "neon", "asimd", *sorted(_VNNI), *sorted(_DOT_PRODUCT))
+_REPORTED_FLAGS = ("avx2", "avx512f", "neon", "asimd", *sorted(_VNNI), *sorted(_DOT_PRODUCT))
 
 
 def machine_facts() -> dict[str, str]:
@@ -29,14 +29,14 @@ def machine_facts() -> dict[str, str]:
         "runtime": f"{runtime()}, numpy {np.__version__}, pillow {version('pillow')}",
         "system": platform.platform(),
         "processor": f"{_cpu_model()} ({platform.machine()})",
-        "instructions": " ".join(flag for flag in _OF_INTEREST if flag in flags) or "unknown",
+        "instructions": " ".join(flag for flag in _REPORTED_FLAGS if flag in flags) or "unknown",
         "usable cores": str(usable_cores()),
         "providers": ", ".join(available_providers()),
     }
 
 
 def time_model(model: Model) -> str:
-    """Times the network alone, after warming up, on an input of noise."""
+    """Times the network alone on noise, after a warm-up."""
     height, width = model.engine.input_size or _SIZE
     noise = np.random.default_rng(0).integers(0, 256, (1, height, width, 3), np.uint8)
     times_ms = []
@@ -52,25 +52,25 @@ def time_model(model: Model) -> str:
 
 
 def advice(precision: str, flags: frozenset[str] | None = None) -> list[str]:
-    """What would make it faster or safer here; says so if there is nothing."""
+    """Advice on speed and accuracy on this machine; one line says so if there is none."""
     flags = cpu_flags() if flags is None else flags
     lines = []
     if precision == "int8" and "avx2" in flags and not flags & _VNNI:
         lines.append(
             "this processor has no VNNI instructions: int8 gains less, and may saturate; a model "
-            "converted for x86-avx2 avoids that"
+            "converted with --target x86-avx2 does not saturate"
         )
     if precision == "int8" and "asimd" in flags and not flags & _DOT_PRODUCT:
         lines.append("this processor has no dot product instructions: int8 gains less")
     if precision == "fp32":
         lines.append("this model is fp32: an int8 conversion is several times faster")
     if usable_cores() == 1:
-        lines.append("one usable core: a second one nearly doubles the speed")
+        lines.append("only one core is usable: a second one nearly doubles the speed")
     return lines or ["none: this machine suits this model"]
 
 
 def cpu_flags(cpuinfo: Path = Path("/proc/cpuinfo")) -> frozenset[str]:
-    """The processor's instruction sets; empty where the system does not tell."""
+    """The processor's instruction sets; empty if the system does not report them."""
     return frozenset((_cpuinfo(cpuinfo, "flags") or _cpuinfo(cpuinfo, "Features")).split())
 
 

@@ -1,4 +1,4 @@
-"""How commands end: exit codes, and messages instead of tracebacks."""
+"""Exit codes of the commands, and messages instead of tracebacks."""
 
 import os
 import sys
@@ -8,21 +8,21 @@ from contextlib import contextmanager
 import typer
 
 from footprints_edge.errors import FootprintsError, ModelError
+from footprints_edge.foundation.install_hint import install_hint
 
 SOME_FAILED = 1
 USAGE = 2
 MODEL_PROBLEM = 3
-INTERRUPTED = 130  # what shells report for SIGINT
-_BROKEN_PIPE = 141  # and for SIGPIPE
+INTERRUPTED = 130  # as shells report SIGINT
+_BROKEN_PIPE = 141  # as shells report SIGPIPE
 
 
 @contextmanager
 def explained(extra: str | None = None) -> Iterator[None]:
-    """Turns what stops a command into a message on stderr and an exit code.
+    """Turns an exception that ends a command into a message on stderr and an exit code.
 
     Args:
-        extra: The optional part of the package that the command needs; a module that is missing
-            is then one of its.
+        extra: The extra that the command needs; a missing module is taken for one of its packages.
     """
     try:
         yield
@@ -35,15 +35,14 @@ def explained(extra: str | None = None) -> Iterator[None]:
     except ModuleNotFoundError as error:
         if extra is None:
             raise
-        install = f"pip install 'footprints-edge[{extra}]'"
-        complain(f"Error: this needs the package {error.name}; install it with: {install}")
+        complain(f"Error: this needs the package {error.name}; {install_hint(extra)}")
         raise typer.Exit(USAGE) from None
     except KeyboardInterrupt:
         raise typer.Exit(INTERRUPTED) from None
-    except BrokenPipeError:  # the reader, such as `head`, has seen enough
+    except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise typer.Exit(_BROKEN_PIPE) from None
-    except OSError as error:  # a folder that cannot be made, a disk that is full
+    except OSError as error:  # such as a folder that cannot be created, or a full disk
         complain(f"Error: {error}")
         raise typer.Exit(USAGE) from None
 
@@ -54,7 +53,7 @@ def complain(message: str) -> None:
 
 
 def show_version(wanted: bool) -> None:
-    """Prints the version and ends the command, if asked to."""
+    """Callback of --version: prints the version and ends the command."""
     if wanted:
         from footprints_edge.foundation.version import __version__
 

@@ -1,4 +1,4 @@
-"""`fp-infer`: pictures in, walkable ground in metres out."""
+"""The command `fp-infer`: parses options and runs the model on pictures and videos."""
 
 import sys
 import warnings
@@ -40,7 +40,7 @@ def infer(
         typer.Option(
             "--format",
             help="Output formats, separated by commas: overlay (default), npz, png16, json, ply, "
-            "topdown, topdown_picture. Videos: overlay, json.",
+            "topdown, topdown_picture. For videos: overlay, json.",
         ),
     ] = None,
     model: Annotated[
@@ -51,7 +51,7 @@ def infer(
         typer.Option(min=1, max=256, help="Number of threads. Default: one per usable core."),
     ] = None,
     threshold: Annotated[
-        float, typer.Option(min=0, max=1, help="Probability above which a pixel is ground.")
+        float, typer.Option(min=0, max=1, help="Probability above which a pixel counts as ground.")
     ] = 0.5,
     fx: Annotated[float | None, typer.Option(help="Focal length along x, in pixels.")] = None,
     fy: Annotated[float | None, typer.Option(help="Focal length along y, in pixels.")] = None,
@@ -95,7 +95,7 @@ def infer(
         typer.Option("--bev", "--panel", help="Add a bird's-eye view beside the overlay."),
     ] = False,
     recursive: Annotated[
-        bool, typer.Option("--recursive", help="Search the sub-folders of folders, too.")
+        bool, typer.Option("--recursive", help="Search sub-folders, too.")
     ] = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace existing results.")
@@ -113,14 +113,14 @@ def infer(
 ) -> None:
     """Find the walkable ground in pictures and videos, seen and hidden, and its distance in metres.
 
-    Prints the files written. Exit codes: 0 all done, 1 some pictures failed,
-    2 wrong usage, 3 problem with the model.
+    Prints the files written. Exit codes: 0 all done, 1 some inputs failed,
+    2 usage error, 3 model problem.
     """
     with explained():
         from footprints_edge.cli.batch import plan
         from footprints_edge.model_files.registry import resolve
 
-        warnings.filterwarnings("ignore", module=r"PIL\.")  # what matters arrives as ImageError
+        warnings.filterwarnings("ignore", module=r"PIL\.")  # serious problems raise ImageError
         camera = _camera(fx, fy, cx, cy, hfov)
         wanted = [part.strip() for text in formats or ["overlay"] for part in text.split(",")]
         extra = {".path.png": _path_encoder(path, margin)} if path else {}
@@ -140,7 +140,7 @@ def infer(
         batch = plan(
             pictures, wanted, output, recursive=recursive, overwrite=overwrite, extra=extra
         )
-        resolve(model)  # a wrong name is reported even if there is nothing to do
+        resolve(model)  # report a wrong name even if there is nothing to do
         if batch.tasks:
             from footprints_edge.cli.infer_images import infer_images
             from footprints_edge.model import load
@@ -178,17 +178,17 @@ def main() -> None:
 def _camera(
     fx: float | None, fy: float | None, cx: float | None, cy: float | None, hfov: float | None
 ) -> "Camera | None":
-    """The camera that the options describe: a function of the picture's size; None if none."""
+    """The camera of the options, as a function of the picture's size; None if not given."""
     from footprints_edge.geometry.camera import Intrinsics
 
     if hfov is not None:
         if (fx, fy, cx, cy) != (None, None, None, None):
             raise typer.BadParameter("give --hfov, or --fx and --fy, not both")
-        Intrinsics.from_hfov(hfov, (1, 1))  # reports a wrong angle at once
+        Intrinsics.from_hfov(hfov, (1, 1))  # report a wrong angle at once
         return lambda size: Intrinsics.from_hfov(hfov, size)
     if fx is None or fy is None:
         if (fx, fy, cx, cy) != (None, None, None, None):
-            raise typer.BadParameter("--fx and --fy belong together; --cx and --cy need both")
+            raise typer.BadParameter("give --fx and --fy together; --cx and --cy need both")
         return None
     Intrinsics(fx, fy, cx or 0.0, cy or 0.0)
 
@@ -202,7 +202,7 @@ def _camera(
 
 
 def _videos_among(named: list[str], raw: str | None) -> list[str]:
-    """The arguments that name videos, streams, cameras, or the pipe of raw frames."""
+    """The arguments that name videos, streams, cameras, or a pipe of raw frames."""
     from footprints_edge.video.sources import is_video
 
     if raw is None:
@@ -237,7 +237,7 @@ def _point(text: str) -> tuple[float, float]:
 
 
 def _close(batch: "Batch", *, quiet: bool) -> None:
-    """Reports what was kept and what failed, and sets the exit code."""
+    """Reports kept and failed results, and sets the exit code."""
     if batch.kept and not quiet:
         complain(
             f"Kept {len(batch.kept)} existing result(s), such as {batch.kept[0]}; "

@@ -1,4 +1,4 @@
-"""The part of `fp-infer` that reads pictures."""
+"""The part of `fp-infer` for pictures."""
 
 import sys
 from typing import TYPE_CHECKING
@@ -24,9 +24,9 @@ def infer_images(
     quiet: bool,
     verbose: bool,
 ) -> None:
-    """Does a batch's tasks and prints the files written.
+    """Runs the tasks of a batch and prints the files written.
 
-    A picture that fails is added to the batch's failures; the others still come out.
+    A picture that fails is added to the batch's failures and does not stop the others.
     """
     progress = ProgressLine(shown=len(batch.tasks) > 1 and not quiet)
     for done, task in enumerate(batch.tasks):
@@ -36,13 +36,13 @@ def infer_images(
         except FootprintsError as error:
             batch.failures.append(str(error))
             continue
-        except Exception as error:  # whatever it is, the other pictures still come out
+        except Exception as error:  # no error may stop the other pictures
             reason = f"{type(error).__name__}: {error}"
             batch.failures.append(f"{task.source.label} cannot be processed: {reason}")
             continue
         progress.clear()
         if verbose:
-            complain(_line_about(task, prediction))
+            complain(_summary_line(task, prediction))
         for path in task.targets:
             typer.echo(path)
     progress.clear()
@@ -66,7 +66,7 @@ def _standard_input() -> bytes:
     return data
 
 
-def _line_about(task: Task, prediction: "Prediction") -> str:
+def _summary_line(task: Task, prediction: "Prediction") -> str:
     height, width = prediction.image_size
     camera = prediction.intrinsics
     timings = ", ".join(f"{stage} {ms:.1f}" for stage, ms in prediction.timings_ms.items())

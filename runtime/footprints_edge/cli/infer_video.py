@@ -1,4 +1,4 @@
-"""The part of `fp-infer` that reads videos, cameras and pipes."""
+"""The part of `fp-infer` for videos, cameras and pipes."""
 
 import signal
 from collections.abc import Callable, Sequence
@@ -16,29 +16,29 @@ from footprints_edge.errors import FootprintsError, OutputError
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.outputs.writers import refuse_overwriting
 from footprints_edge.video.capture import Pace, RawFormat, Video, open_raw, open_video
-from footprints_edge.video.pipeline import Tally, run_pipeline
+from footprints_edge.video.pipeline import VideoStats, run_pipeline
 from footprints_edge.video.sinks import open_sinks, video_paths
 
 if TYPE_CHECKING:
     from footprints_edge.model import Camera, Model
     from footprints_edge.prediction import Prediction
 
-_REDRAWN_S = 0.2
+_REDRAW_S = 0.2
 
 
 @dataclass(frozen=True)
 class VideoOptions:
-    """How videos are read and what is made of them.
+    """Options for reading videos and writing their results.
 
     Attributes:
-        pace: Which frames are processed.
+        pace: Which frames to process.
         raw: Layout of raw frames on standard input; None means no raw frames.
-        smooth: Whether the maps are smoothed over time.
-        bev: Whether the overlay has a bird's-eye view beside it.
+        smooth: Whether to smooth the maps over time.
+        bev: Whether to add a bird's-eye view beside the overlay.
         formats: Output formats.
-        at_once: Frames that are predicted at the same time.
-        output: Folder of the outputs; None means beside each file, or here.
-        overwrite: Whether existing outputs are replaced.
+        at_once: Number of frames to predict in parallel.
+        output: Folder of the outputs; None means beside each file, or the current folder.
+        overwrite: Whether to replace existing outputs.
         quiet: Whether to print results and errors only.
     """
 
@@ -61,12 +61,12 @@ def infer_videos(
     threshold: float,
     batch: Batch,
 ) -> None:
-    """Processes one video after the other and prints the files written.
+    """Processes the videos in order and prints the files written.
 
-    `model` is best loaded with one thread: `VideoOptions.at_once` keeps the cores busy. Failures
-    go to `batch`, as for pictures.
+    Load `model` with one thread: `VideoOptions.at_once` keeps the cores busy. Failures are added to
+    `batch`, as for pictures.
     """
-    # a service that is stopped closes its files as one at a terminal does
+    # a stopped service finishes its files, as Ctrl-C does on a terminal
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     for name in named:
         batch.total += 1
@@ -96,7 +96,7 @@ def _infer_video(
         refuse_overwriting(paths.values(), {video.path.resolve()} if video.path else set())
         kept = [path for path in paths.values() if path.exists() and not options.overwrite]
         if kept and video.path is None:
-            raise OutputError(f"its result {kept[0]} is there already; --overwrite replaces it")
+            raise OutputError(f"its result {kept[0]} already exists; --overwrite replaces it")
         batch.kept += kept
         paths = {key: path for key, path in paths.items() if path not in kept}
         if not paths:
@@ -104,13 +104,13 @@ def _infer_video(
         sinks = open_sinks(paths, video.fps, bev=options.bev)
         then = _smoother() if options.smooth else None
         stack.pop_all()  # the pipeline closes it
-    progress = ProgressLine(shown=not options.quiet, every_s=_REDRAWN_S)
+    progress = ProgressLine(shown=not options.quiet, every_s=_REDRAW_S)
     try:
-        tally = run_pipeline(
+        stats = run_pipeline(
             video,
             lambda rgb: model.predict(DecodedImage(rgb), intrinsics=camera, threshold=threshold),
             sinks,
-            lambda tally: progress.show(_progress_of(video, tally)),
+            lambda stats: progress.show(_progress_text(video, stats)),
             at_once=options.at_once,
             then=then,
         )
@@ -120,10 +120,10 @@ def _infer_video(
             if path.exists():
                 typer.echo(path)
     if not options.quiet:
-        complain(_line_about(video, tally))
-    if not tally.frames and not tally.interrupted:
-        raise OutputError(f"{video.name}: no frame of it could be used; {tally.reason or 'empty'}")
-    return tally.interrupted
+        complain(_summary_line(video, stats))
+    if not stats.frames and not stats.interrupted:
+        raise OutputError(f"{video.name} has no usable frame; {stats.reason or 'it is empty'}")
+    return stats.interrupted
 
 
 def _smoother() -> "Callable[[Prediction], Prediction]":
@@ -132,20 +132,20 @@ def _smoother() -> "Callable[[Prediction], Prediction]":
     return Tracker().update
 
 
-def _progress_of(video: Video, tally: Tally) -> str:
+def _progress_text(video: Video, stats: VideoStats) -> str:
     total = f"/{video.total}" if video.total else ""
-    line = f"{video.name}  {tally.frames}{total} frames, {tally.fps:.1f} a second"
-    if tally.dropped:
-        line += f", {tally.dropped} dropped"
-    if tally.broken:
-        line += f", {tally.broken} broken"
+    line = f"{video.name}  {stats.frames}{total} frames, {stats.fps:.1f} fps"
+    if stats.dropped:
+        line += f", {stats.dropped} dropped"
+    if stats.broken:
+        line += f", {stats.broken} broken"
     return line
 
 
-def _line_about(video: Video, tally: Tally) -> str:
-    line = f"{video.name}: {tally.frames} frames, {tally.fps:.1f} a second"
-    if tally.dropped:
-        line += f", {tally.dropped} dropped to keep up"
-    if tally.broken:
-        line += f", {tally.broken} broken ({tally.reason})"
+def _summary_line(video: Video, stats: VideoStats) -> str:
+    line = f"{video.name}: {stats.frames} frames, {stats.fps:.1f} fps"
+    if stats.dropped:
+        line += f", {stats.dropped} dropped to keep up"
+    if stats.broken:
+        line += f", {stats.broken} broken ({stats.reason})"
     return line

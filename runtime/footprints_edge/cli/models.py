@@ -1,4 +1,4 @@
-"""`fp-models`: which models are installed, are they whole, does this machine run them well."""
+"""The command `fp-models`: lists, describes and checks models, and checks this machine."""
 
 from typing import Annotated
 
@@ -12,7 +12,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     no_args_is_help=True,
 )
-ModelArgument = Annotated[str | None, typer.Argument(help="Name or file; the default if left out.")]
+ModelArgument = Annotated[
+    str | None, typer.Argument(help="Name or file. Default: the bundled one.")
+]
 
 
 @app.callback()
@@ -44,7 +46,7 @@ def list_models() -> None:
 
 @app.command()
 def info(model: ModelArgument = None) -> None:
-    """Show what a model file says about itself."""
+    """Show the metadata of a model file."""
     with explained():
         from footprints_edge.model import load
 
@@ -75,10 +77,10 @@ def info(model: ModelArgument = None) -> None:
 @app.command()
 def verify(
     names: Annotated[
-        list[str] | None, typer.Argument(help="Names or files; all bundled models if left out.")
+        list[str] | None, typer.Argument(help="Names or files. Default: all bundled models.")
     ] = None,
 ) -> None:
-    """Check that models are whole and load: exit code 3 if one is not."""
+    """Check that model files are intact and load. Exit code 3 if one fails."""
     with explained():
         from footprints_edge.errors import ModelError
         from footprints_edge.model import load
@@ -86,7 +88,7 @@ def verify(
 
         wanted = names or [entry.name for entry in bundled_models()]
         if not wanted:
-            raise ModelError("this installation bundles no model; name a file to verify")
+            raise ModelError("this installation bundles no model; give a file to verify")
         damaged = 0
         for name in wanted:
             try:
@@ -102,7 +104,7 @@ def verify(
 
 @app.command()
 def doctor(model: ModelArgument = None) -> None:
-    """Check this machine: versions, processor, cores, providers, and a timed run."""
+    """Check this machine: versions, processor, cores, providers, and timing of a model."""
     with explained():
         from footprints_edge.cli.doctor import advice, machine_facts, time_model
         from footprints_edge.model import load

@@ -1,4 +1,4 @@
-"""One line of progress on a terminal, redrawn in place; nothing anywhere else."""
+"""A progress line, redrawn in place on a terminal and silent elsewhere."""
 
 import sys
 from shutil import get_terminal_size
@@ -11,11 +11,11 @@ class ProgressLine:
     """A line on stderr."""
 
     def __init__(self, *, shown: bool, every_s: float = 0.0) -> None:
-        """Draws on a terminal only.
+        """Prepares the line; it appears only on a terminal.
 
         Args:
             shown: Whether to draw at all.
-            every_s: Least time between two drawings.
+            every_s: Least time between two drawings, seconds.
         """
         self._shown = shown and sys.stderr.isatty()
         self._every_s = every_s
@@ -29,13 +29,13 @@ class ProgressLine:
             sys.stderr.flush()
 
     def clear(self) -> None:
-        """Makes room for another line of output."""
+        """Removes the line, so other output can follow."""
         if self._shown:
             sys.stderr.write("\r\x1b[K")
             sys.stderr.flush()
 
 
 def bar(done: int, total: int, label: str) -> str:
-    """A bar, the count, and what comes next."""
+    """A progress bar, the count, and a label."""
     filled = _BAR_WIDTH * done // total
     return f"{'█' * filled}{'░' * (_BAR_WIDTH - filled)} {done}/{total}  {label}"

@@ -1,4 +1,4 @@
-"""The pictures that the command line names: files, folders and standard input."""
+"""Input pictures of the command line: files, folders and standard input."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,12 +10,12 @@ STDIN = "-"
 
 
 @dataclass(frozen=True)
-class Source:
+class InputImage:
     """One picture to read.
 
     Attributes:
-        path: Its file; None means standard input.
-        subfolder: Where it lies below the folder that was named; `.` for a file named outright.
+        path: The file; None means standard input.
+        subfolder: Path of its folder relative to the given folder; `.` for a file given directly.
     """
 
     path: Path | None
@@ -23,29 +23,29 @@ class Source:
 
     @property
     def name(self) -> str:
-        """The name that its outputs begin with."""
+        """Prefix of the names of its outputs."""
         return self.path.name if self.path else "stdin"
 
     @property
     def label(self) -> str:
-        """Its name in messages."""
+        """Name for messages."""
         return str(self.path) if self.path else "standard input"
 
 
-def expand(named: str, *, recursive: bool = False) -> list[Source]:
-    """The pictures that one command-line argument stands for, in order.
+def expand(named: str, *, recursive: bool = False) -> list[InputImage]:
+    """Expands one command-line argument to pictures, in order.
 
     Args:
         named: A file, a folder, or `-` for standard input.
-        recursive: Whether a folder's sub-folders count.
+        recursive: Whether to search a folder's sub-folders too.
 
     Raises:
-        ImageError: If a folder holds no picture. A missing file shows when it is read.
+        ImageError: If a folder contains no pictures. A missing file fails later, when it is read.
     """
     if named == STDIN:
-        return [Source(None)]
+        return [InputImage(None)]
     path = Path(named)
     if not path.is_dir():
-        return [Source(path)]
+        return [InputImage(path)]
     found = image_files(path, recursive=recursive, skip_endings=OUTPUT_ENDINGS)
-    return [Source(each, each.parent.relative_to(path)) for each in found]
+    return [InputImage(each, each.parent.relative_to(path)) for each in found]

@@ -1,1 +1,1 @@
-"""Pictures for people."""
+"""Visualisation: overlays, bird's-eye views and path pictures."""

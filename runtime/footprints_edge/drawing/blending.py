@@ -1,7 +1,7 @@
-"""Mixing colours into pixels, and how much of a pixel a line or an area covers.
+"""Alpha blending, and antialiased coverage of lines and areas.
 
-Pixels are lists of those that anything is painted on, float32 (3, n): one row a channel, so that
-each step runs through memory once.
+Functions take a list of the pixels to paint, float32 (3, n): with one row per channel each step
+reads contiguous memory.
 """
 
 import math
@@ -15,7 +15,7 @@ WHITE_PIXEL, INK_PIXEL = (np.array(rgb, np.float32)[:, None] for rgb in (WHITE, 
 
 
 def paint(pixels: Floats, colour: Floats, opacity: Floats) -> None:
-    """Mixes a colour into pixels, in place.
+    """Blends a colour into pixels, in place.
 
     Args:
         pixels: float32 (3, n).
@@ -27,14 +27,14 @@ def paint(pixels: Floats, colour: Floats, opacity: Floats) -> None:
         mixed = colour - pixels
         mixed *= opacity
         pixels += mixed
-    else:  # lines are few pixels
+    else:  # lines cover few pixels
         under = pixels.take(where, axis=1)
         over = colour if colour.shape[1] == 1 else colour.take(where, axis=1)
         pixels[:, where] = under + opacity[where] * (over - under)
 
 
 def inside(distance_px: Floats) -> Floats:
-    """Coverage of a pixel, 0 to 1, whose centre is so far inside an edge: antialiasing."""
+    """Antialiased coverage, 0 to 1, of pixels whose centres are `distance_px` inside an edge."""
     coverage: Floats = np.clip(distance_px + np.float32(0.5), 0, 1)
     return coverage
 
@@ -42,12 +42,12 @@ def inside(distance_px: Floats) -> Floats:
 def hatch(
     pixels: Floats, colour: Floats, opacity: Floats, diagonal_px: Floats, pen_px: float
 ) -> None:
-    """Diagonal stripes of the colour, lit on one side, with the picture darkened in between.
+    """Draws diagonal stripes with a light rim on one side, and darkens the picture in between.
 
-    Light against dark: the stripes show on any picture, in any colour, and in grey print.
+    The contrast keeps the stripes visible on any picture, in any colour, and in grey print.
 
     Args:
-        pixels: float32 (3, n), changed in place.
+        pixels: float32 (3, n), modified in place.
         colour: float32 (3, n).
         opacity: float32 (n,).
         diagonal_px: float32 (n,), each pixel's row plus its column.
@@ -64,13 +64,14 @@ def hatch(
 
 
 def blurred_edge_px(blur_px: float) -> Floats:
-    """float32 (256,): how far inside (positive) a blurred mask's edge a pixel of each level is.
+    """float32 (256,): signed distance to a blurred mask's edge by grey level, positive inside.
 
-    A straight edge blurred by a Gaussian is that Gaussian's distribution function of the
-    distance: its inverse gives the distance back, and the blur rounds off the maps' pixels.
+    A straight edge blurred by a Gaussian is the Gaussian's cumulative distribution over the
+    distance. Its inverse recovers the distance; the blur rounds off the maps' pixels.
     """
-    away_px = np.linspace(-4, 4, 2001) * blur_px
-    level = [127.5 * (1 + math.erf(x / (math.sqrt(2) * blur_px))) for x in away_px]
-    distances_px = np.interp((np.arange(256) + 0.5) * 255 / 256, level, away_px).astype(np.float32)
+    offsets_px = np.linspace(-4, 4, 2001) * blur_px
+    level = [127.5 * (1 + math.erf(x / (math.sqrt(2) * blur_px))) for x in offsets_px]
+    levels = (np.arange(256) + 0.5) * 255 / 256
+    distances_px = np.interp(levels, level, offsets_px).astype(np.float32)
     distances_px[[0, -1]] = -1e3, 1e3
     return distances_px

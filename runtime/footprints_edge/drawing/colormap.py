@@ -1,9 +1,9 @@
-"""The one colour scale of distance: the same colour is the same number of metres in every picture.
+"""The colour map of distance: a colour means the same number of metres in every picture.
 
-The scale is logarithmic from 0.5 m to 20 m, the band in which hidden depths are evaluated, and runs
-from pale yellow (near) over red to indigo (far). It is a path through Oklab, walked at constant
-speed: equal ratios of distance look equally different, and lightness falls all the way, so that the
-order survives grey printing and colour blindness.
+The scale is logarithmic from 0.5 m to 20 m, the range in which hidden depths are evaluated, and
+runs from pale yellow (near) through red to indigo (far). It follows a path through Oklab at
+constant speed: equal ratios of distance look equally different. Lightness falls monotonically, so
+the order survives grey print and colour blindness.
 """
 
 from functools import lru_cache
@@ -17,7 +17,7 @@ NEAREST_M = 0.5
 FARTHEST_M = 20.0
 
 _STEPS = 256
-# (lightness, chroma, hue in degrees) in Oklab's polar form; all inside sRGB
+# (lightness, chroma, hue in degrees) in polar Oklab; all inside sRGB
 _NEAR, _MIDDLE, _FAR = (0.94, 0.09, 98.0), (0.64, 0.183, 25.0), (0.33, 0.145, -75.0)
 
 # Björn Ottosson, "A perceptual color space for image processing" (2020)
@@ -38,13 +38,13 @@ _LMS_TO_LINEAR_RGB = np.array(
 
 
 def colours_of(depth_m: Floats) -> Rgb:
-    """The colour of each distance; beyond the ends of the scale, the end's colour.
+    """The colour of each distance, clipped at the ends of the scale.
 
     Args:
         depth_m: Metres, any shape; NaN counts as far.
 
     Returns:
-        uint8, the shape of `depth_m` plus (3,).
+        uint8 (..., 3).
     """
     colours: Rgb = colour_scale()[scale_position(depth_m)]
     return colours
@@ -61,7 +61,7 @@ def scale_position(depth_m: Floats) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=1)
 def colour_scale() -> Rgb:
-    """uint8 (256, 3): the scale from `NEAREST_M` to `FARTHEST_M`, in equal ratios of distance."""
+    """uint8 (256, 3), RGB: the scale from `NEAREST_M` to `FARTHEST_M`, in equal distance ratios."""
     lab = scale_in_oklab()
     linear = ((lab @ _LAB_TO_LMS.T) ** 3) @ _LMS_TO_LINEAR_RGB.T
     linear = np.clip(linear, 0, 1)
@@ -72,21 +72,21 @@ def colour_scale() -> Rgb:
 
 
 def scale_in_oklab() -> NDArray[np.float64]:
-    """float64 (256, 3): the scale as Oklab (L, a, b), equally far apart from step to step."""
+    """float64 (256, 3): the scale in Oklab (L, a, b), in equal steps."""
     fine = np.linspace(0, 1, 64 * _STEPS)
     lightness, chroma, hue_deg = (
-        _through(fine, *values) for values in zip(_NEAR, _MIDDLE, _FAR, strict=True)
+        _parabola(fine, *values) for values in zip(_NEAR, _MIDDLE, _FAR, strict=True)
     )
     hue = np.radians(hue_deg)
     path = np.stack([lightness, chroma * np.cos(hue), chroma * np.sin(hue)], axis=1)
-    walked = np.concatenate([[0.0], np.linalg.norm(np.diff(path, axis=0), axis=1).cumsum()])
-    even = np.linspace(0, walked[-1], _STEPS)
-    return np.stack([np.interp(even, walked, path[:, i]) for i in range(3)], axis=1)
+    length = np.concatenate([[0.0], np.linalg.norm(np.diff(path, axis=0), axis=1).cumsum()])
+    even = np.linspace(0, length[-1], _STEPS)
+    return np.stack([np.interp(even, length, path[:, i]) for i in range(3)], axis=1)
 
 
-def _through(
+def _parabola(
     fraction: NDArray[np.float64], start: float, middle: float, end: float
 ) -> NDArray[np.float64]:
-    """The parabola from `start` over `middle` (at one half) to `end`."""
+    """The parabola through `start` at 0, `middle` at one half and `end` at 1."""
     bend = 4 * middle - 2 * (start + end)
     return start + (end - start) * fraction + bend * fraction * (1 - fraction)

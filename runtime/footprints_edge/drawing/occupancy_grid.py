@@ -1,4 +1,4 @@
-"""An occupancy grid as a picture for people: a bird's-eye view in the colours of the overlay."""
+"""Pictures of occupancy grids: a bird's-eye view in the colours of the overlay."""
 
 from functools import lru_cache
 
@@ -21,10 +21,10 @@ from footprints_edge.navigation.occupancy_grid import (
 )
 
 HEIGHT_PX = 720
-"""Height of a picture in a file of its own."""
+"""Height of a picture in its own file."""
 
 BEV_RANGE_M = 10.0
-"""How far ahead the bird's-eye view beside an overlay reaches."""
+"""Range ahead of the bird's-eye view beside an overlay."""
 
 _BEV_CELL_M = 0.1
 _RINGS_M = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0)
@@ -33,7 +33,7 @@ _FAINT = (128, 134, 146)
 
 
 def encode_occupancy_grid(grid: OccupancyGrid) -> bytes:
-    """PNG of `draw_occupancy_grid`."""
+    """Encodes `draw_occupancy_grid` as PNG."""
     return encode_png(draw_occupancy_grid(grid.cells, grid.cell_m, HEIGHT_PX))
 
 
@@ -43,13 +43,13 @@ def draw_occupancy_grid(
     """Draws a grid: forward is up, left is left, the camera is in the middle of the lower border.
 
     Visible ground is solid in the colour of its distance, hidden ground hatched, obstacles black,
-    what is not known grey; rings mark round distances from the camera.
+    unknown cells grey; rings mark round distances from the camera.
 
     Args:
         cells: uint8 (rows, columns), see `OccupancyGrid`.
         cell_m: Side of a cell, metres.
-        height_px: Of the picture.
-        square: Whether as much is cut off at both sides as makes it as wide as high.
+        height_px: Height of the picture.
+        square: Whether to crop both sides to a square.
     """
     rows, columns = cells.shape
     if square:
@@ -68,12 +68,12 @@ def draw_occupancy_grid(
     stripes = diagonal_stripes((height_px, width_px), 2 * stripe_px, stripe_px)
     picture[hidden] = np.where(stripes[..., None], ground, np.uint8(70))[hidden]
     image = Image.fromarray(picture)
-    _mark(image, rows * cell_m)
+    _draw_rings(image, rows * cell_m)
     return image
 
 
 def draw_bev(prediction: GroundMaps, height_px: int) -> Image.Image:
-    """What is within `BEV_RANGE_M` ahead, as wide as high; empty where there is no plane."""
+    """Draws a square bird's-eye view of `BEV_RANGE_M`; empty if there is no ground plane."""
     try:
         cells = make_occupancy_grid(prediction, _BEV_CELL_M, BEV_RANGE_M).cells
     except GroundPlaneError:
@@ -84,15 +84,15 @@ def draw_bev(prediction: GroundMaps, height_px: int) -> Image.Image:
 
 @lru_cache(maxsize=4)
 def _ground_colours(height_px: int, width_px: int, range_m: float) -> NDArray[np.uint8]:
-    """uint8 (height, width, 3): the colour of each place's distance from the camera."""
+    """uint8 (height, width, 3): the colour of each pixel's distance from the camera."""
     metres_per_px = range_m / height_px
     ahead = (height_px - np.arange(height_px) - 0.5)[:, None] * metres_per_px
     aside = (np.arange(width_px) + 0.5 - width_px / 2) * metres_per_px
     return colours_of(np.hypot(ahead, aside).astype(np.float32))
 
 
-def _mark(image: Image.Image, range_m: float) -> None:
-    """Rings of round distances with their metres, and the camera."""
+def _draw_rings(image: Image.Image, range_m: float) -> None:
+    """Draws rings at round distances with their labels, and the camera."""
     draw = ImageDraw.Draw(image)
     px_per_m = image.height / range_m
     letter_px = max(10, image.height // 32)

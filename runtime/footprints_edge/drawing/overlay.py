@@ -1,4 +1,4 @@
-"""The picture for people: ground tinted by distance, hidden ground hatched, a legend below."""
+"""The overlay: ground tinted by distance, hidden ground hatched, a legend below."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,42 +20,42 @@ from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.maps.resize import resize_map
 
 LONGEST_PX = 1920
-"""Longer pictures are drawn at this size; the maps themselves have far fewer pixels."""
+"""Larger pictures are drawn at this size; the maps themselves have far fewer pixels."""
 
 NARROWEST_PX = 480
-"""Narrower pictures are enlarged to this: lines and letters need the room."""
+"""Narrower pictures are enlarged to this width, to make room for lines and letters."""
 
 TICKS_M = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0)
 
-_RIPPLE_PX = 12  # of the maps
+_RIPPLE_PX = 12  # in pixels of the maps
 
 _GREY = np.array([0.299, 0.587, 0.114], np.float32)
 
-_BAND_PX = 64  # so many rows are painted at once: they fit the processor's cache
+_BAND_PX = 64  # rows painted at a time, to fit the processor's cache
 
 LEGEND_PX = 300
-"""A tower of a picture gets margins rather than a legend that is cut off."""
+"""Least width of the legend. Very tall pictures get margins instead of a clipped legend."""
 
 
 def encode_overlay(prediction: GroundMaps, *, bev: bool = False) -> bytes:
-    """PNG of `draw_overlay`."""
+    """Encodes `draw_overlay` as PNG."""
     return encode_png(draw_overlay(prediction, bev=bev))
 
 
 def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
     """Draws a prediction on its picture.
 
-    Visible ground is a solid tint, hidden ground a hatching in the colour of its distance, both
-    outlined; thin lines mark round distances. The legend has a strip of its own below.
+    Visible ground is tinted and hidden ground hatched in the colour of its distance, both
+    outlined; thin lines mark round distances. The legend is a strip below the picture.
 
     Args:
-        prediction: What to draw.
-        bev: Whether a bird's-eye view stands beside the picture; it stays empty where there is
-            too little ground for a plane.
+        prediction: The prediction to draw.
+        bev: Whether to add a bird's-eye view beside the picture; it stays empty if there is too
+            little ground for a plane.
 
     Returns:
-        RGB image: the picture's size within `NARROWEST_PX` and `LONGEST_PX`, plus the legend, and
-        the panel as wide as the picture and the legend are high.
+        RGB image: the picture's size, limited by `NARROWEST_PX` and `LONGEST_PX`, plus the legend.
+        The bird's-eye view is a square as high as both.
     """
     size = _canvas_size(prediction.image_size)
     pen_px = max(1.0, max(size) / 700)
@@ -63,19 +63,19 @@ def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
     photo = Image.fromarray(prediction.picture.at_least(size)).resize(
         (size[1], size[0]), Image.Resampling.LANCZOS, reducing_gap=2.0
     )
-    # Lines follow every ripple of a depth; those of the ground's broad shape can be read.
+    # Isolines follow every ripple of a depth; smoothed inverse depth gives legible ones.
     inverse_depth = np.reciprocal(prediction.unmasked_ground_depth_m)
-    broad = resize_map(_broad(inverse_depth), size)
+    smooth = resize_map(_smooth(inverse_depth), size)
     visible, ground = (
         resize_map(probability, size) > prediction.threshold
         for probability in (prediction.visible_ground_probability, prediction.ground_probability)
     )
     pixels = np.array(photo)
     _paint_ground(
-        pixels, visible, ground & ~visible, resize_map(inverse_depth, size), broad, pen_px, blur_px
+        pixels, visible, ground & ~visible, resize_map(inverse_depth, size), smooth, pen_px, blur_px
     )
     picture = Image.fromarray(pixels)
-    _label_isolines(picture, broad, ground | visible)
+    _label_isolines(picture, smooth, ground | visible)
     drawn = _stacked(picture, draw_legend(max(picture.width, LEGEND_PX), picture.height))
     if not bev:
         return drawn
@@ -90,7 +90,7 @@ def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
 def _canvas_size(image_size: Size) -> Size:
     height, width = image_size
     scale = min(max(1.0, NARROWEST_PX / width), LONGEST_PX / max(height, width))
-    # At least two rows and columns: lines of equal distance come from differences.
+    # At least two rows and columns: isolines are computed from differences.
     return max(2, round(height * scale)), max(2, round(width * scale))
 
 
@@ -99,20 +99,20 @@ def _paint_ground(
     visible: Mask,
     hidden: Mask,
     inverse_depth: Floats,
-    broad: Floats,
+    smooth: Floats,
     pen_px: float,
     blur_px: float,
 ) -> None:
-    """Paints the ground, its outlines and its lines of equal distance.
+    """Paints the ground, its outlines and its isolines of distance.
 
     Args:
-        pixels: uint8 (H, W, 3), changed in place.
+        pixels: uint8 (H, W, 3), modified in place.
         visible: Bool (H, W).
         hidden: Bool (H, W).
-        inverse_depth: float32 (H, W), the inverse depth that the colours are of.
-        broad: float32 (H, W), the inverse depth that the lines are of.
+        inverse_depth: float32 (H, W), for the colours.
+        smooth: float32 (H, W), smoothed inverse depth, for the isolines.
         pen_px: Width of a line.
-        blur_px: How much the masks' outlines are smoothed.
+        blur_px: Standard deviation of the Gaussian that smooths the masks' outlines.
     """
     height, width = visible.shape
     distance_of_px = blurred_edge_px(blur_px)
@@ -136,7 +136,7 @@ def _paint_ground(
             diagonal_px = (top + where // width + where % width).astype(np.float32)
             hatch(under, tint, inside(hidden_px), diagonal_px, pen_px)
         anywhere = inside(np.maximum(visible_px, hidden_px))
-        lines = _isolines(broad, rows, pen_px).take(where)
+        lines = _isolines(smooth, rows, pen_px).take(where)
         paint(under, WHITE_PIXEL, 0.5 * anywhere * lines)
         for distance_px in (hidden_px, visible_px):
             edge_px = np.abs(distance_px)
@@ -146,18 +146,18 @@ def _paint_ground(
 
 
 def _blurred(mask: Mask, blur_px: float) -> NDArray[np.uint8]:
-    """Levels (H, W) from 0 outside to 255 inside."""
+    """uint8 (H, W), from 0 outside to 255 inside."""
     image = Image.fromarray(np.where(mask, np.uint8(255), np.uint8(0)))
     return np.asarray(image.filter(ImageFilter.GaussianBlur(blur_px)))
 
 
-def _broad(inverse_depth: Floats) -> Floats:
-    """The inverse depth without its ripples: a moving mean, which keeps planes planes."""
+def _smooth(inverse_depth: Floats) -> Floats:
+    """Smooths inverse depth with a moving mean, which preserves planes."""
     inverse_depth = inverse_depth.astype(np.float64)
     for axis in (0, 1, 0, 1):
         reach = min(_RIPPLE_PX, inverse_depth.shape[axis] - 1)
         around = [(reach, reach) if axis == each else (0, 0) for each in (0, 1)]
-        # an odd reflection goes on as the slope does: no flat rim at the picture's border
+        # an odd reflection continues the slope: no flat rim at the picture's border
         padded = np.pad(inverse_depth, around, mode="reflect", reflect_type="odd")
         before = [(1, 0) if axis == each else (0, 0) for each in (0, 1)]
         sums = np.moveaxis(np.pad(padded.cumsum(axis), before), axis, 0)
@@ -167,24 +167,24 @@ def _broad(inverse_depth: Floats) -> Floats:
 
 
 def _isolines(inverse_depth: Floats, rows: slice, pen_px: float) -> Floats:
-    """Lines of equal distance at the legend's ticks, as coverage from 0 to 1, of some rows."""
+    """Coverage, 0 to 1, of the isolines at the legend's ticks, for some rows."""
     first = max(0, rows.start - 1)  # a slope needs the neighbours
     inverse_depth = inverse_depth[first : rows.stop + 1]
-    down, right = np.gradient(inverse_depth)  # affine on a plane: even and well-behaved
+    down, right = np.gradient(inverse_depth)  # constant on a plane
     steepness = np.sqrt(down * down + right * right) + np.float32(1e-9)
-    away = np.full_like(inverse_depth, np.inf)
+    offset = np.full_like(inverse_depth, np.inf)
     for tick_m in TICKS_M:
-        np.minimum(away, np.abs(inverse_depth - np.float32(1 / tick_m)), out=away)
-    lines = inside(np.float32(0.5 * pen_px) - away / steepness)
+        np.minimum(offset, np.abs(inverse_depth - np.float32(1 / tick_m)), out=offset)
+    lines = inside(np.float32(0.5 * pen_px) - offset / steepness)
     return lines[rows.start - first :][: rows.stop - rows.start]
 
 
 def _label_isolines(picture: Image.Image, inverse_depth: Floats, ground: Mask) -> None:
-    """Writes the distance on every line that is long enough to carry it."""
+    """Labels every isoline that is long enough with its distance."""
     height, width = ground.shape
     font = ImageFont.load_default(max(11, round(max(height, width) / 80)))
     draw = ImageDraw.Draw(picture)
-    taken: list[tuple[float, float, float, float]] = []
+    placed: list[tuple[float, float, float, float]] = []
     passed = np.zeros(inverse_depth.shape, np.uint8)
     for tick_m in TICKS_M:
         passed += inverse_depth <= 1 / tick_m
@@ -201,16 +201,16 @@ def _label_isolines(picture: Image.Image, inverse_depth: Floats, ground: Mask) -
         pad = 0.3 * (bottom - top)
         box = (x + left - 2 * pad, y + top - pad, x + right + 2 * pad, y + bottom + pad)
         fits = box[0] >= 0 and box[1] >= 0 and box[2] < width and box[3] < height
-        if not fits or any(_overlap(box, other) for other in taken):
+        if not fits or any(_overlap(box, other) for other in placed):
             continue
-        taken.append(box)
+        placed.append(box)
         pill = _pill(round(box[2] - box[0]), round(box[3] - box[1]))
         picture.paste(PAPER, (round(box[0]), round(box[1])), pill)
         draw.text((x, y), text, WHITE, font, anchor="mm")
 
 
 def _pill(width: int, height: int) -> Image.Image:
-    """The mask of a label: a box with round ends, antialiased."""
+    """Mask of a label: an antialiased box with round ends."""
     fine = Image.new("L", (4 * width, 4 * height))
     ImageDraw.Draw(fine).rounded_rectangle(
         (0, 0, 4 * width - 1, 4 * height - 1), radius=2 * height, fill=255
@@ -223,7 +223,7 @@ def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
 
 
 def draw_legend(width: int, height: int) -> Image.Image:
-    """The strip below the picture: a swatch for each kind of ground, and the colour scale."""
+    """Draws the strip below the picture: a swatch for each kind of ground, and the colour scale."""
     letter = max(11, round(min(width / 42, max(width, height) / 62)))
     font = ImageFont.load_default(letter)
     margin = round(1.4 * letter)
@@ -267,7 +267,7 @@ def _swatches(letter: int, font: ImageFont.ImageFont | ImageFont.FreeTypeFont) -
 def _bar(
     width: int, letter: int, font: ImageFont.ImageFont | ImageFont.FreeTypeFont
 ) -> Image.Image:
-    """The colour scale with its ticks in metres."""
+    """Draws the colour scale with its ticks in metres."""
     bar_height, tick = round(0.9 * letter), max(2, round(0.35 * letter))
     side = round(1.6 * letter)  # half a label hangs over each end
     span = max(2, width - 2 * side)

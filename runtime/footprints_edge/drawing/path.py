@@ -1,4 +1,4 @@
-"""A path on visible ground and one on all ground, side by side (the paper's first figure, f, g)."""
+"""Paths on visible ground and on all ground, side by side (the paper's first figure, f and g)."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -13,30 +13,30 @@ from footprints_edge.foundation.types import Mask
 from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.navigation.path_planning import GroundPath, find_path
 
-_WIDEST_PX = 960  # of one of the two pictures
+_WIDEST_PX = 960  # of each of the two pictures
 _NARROWEST_PX = 320
-_FINE = 2  # drawn at twice the size, then shrunk: smooth lines
+_SUPERSAMPLING = 2  # draw at twice the size, then shrink: smooth lines
 
-_SEEN, _UNSEEN = (38, 166, 154), (240, 98, 146)  # also told apart by lightness and by hatching
-_LINE, _BEHIND = (255, 235, 59), (255, 145, 0)
+_VISIBLE, _HIDDEN = (38, 166, 154), (240, 98, 146)  # they differ in lightness and hatching, too
+_LINE, _HIDDEN_LINE = (255, 235, 59), (255, 145, 0)
 
 
 def encode_path_picture(
     prediction: GroundMaps, start: Sequence[float], goal: Sequence[float], margin_m: float = 0.0
 ) -> bytes:
-    """PNG: left the cheapest path on visible ground, right that on all ground.
+    """Encodes as PNG the cheapest path on visible ground (left) and on all ground (right).
 
-    Left may have none, and says so.
+    The left caption says so if there is no path on visible ground.
 
     Args:
         prediction: The maps, and the picture to draw on.
         start: x and y in pixels of the picture.
         goal: Likewise.
-        margin_m: Metres to keep from what is not ground.
+        margin_m: Distance in metres to keep from everything that is not ground.
 
     Raises:
         PlanningError: If there is no path on all ground either.
-        GroundPlaneError: If there is too little ground to carry a plane.
+        GroundPlaneError: If there is too little ground to fit a plane.
     """
     hidden = find_path(prediction, start, goal, margin_m=margin_m)
     visible: GroundPath | None = None
@@ -49,7 +49,7 @@ def encode_path_picture(
         left = "visible ground: no way"
     ends = [tuple(start), tuple(goal)]
     panels = [
-        _panel(prediction, visible, ends, left, unseen=False),
+        _panel(prediction, visible, ends, left, show_hidden=False),
         _panel(prediction, hidden, ends, f"with hidden ground: {hidden.length_m:.1f} m"),
     ]
     gap = max(4, panels[0].width // 120)
@@ -65,29 +65,29 @@ def _panel(
     ends: Sequence[tuple[float, ...]],
     caption: str,
     *,
-    unseen: bool = True,
+    show_hidden: bool = True,
 ) -> Image.Image:
-    """The photo with the ground tinted, the path on it, and a caption below."""
+    """Draws the photo with tinted ground, the path on it, and a caption below."""
     height, width = prediction.image_size
     scale = min(max(1.0, _NARROWEST_PX / width), _WIDEST_PX / max(height, width))
     size = (max(1, round(height * scale)), max(1, round(width * scale)))
-    fine = (_FINE * size[0], _FINE * size[1])
+    fine = (_SUPERSAMPLING * size[0], _SUPERSAMPLING * size[1])
     photo = Image.fromarray(prediction.picture.at_least(fine)).resize(
         fine[::-1], Image.Resampling.LANCZOS
     )
     pixels = np.asarray(photo, np.float32) * np.float32(0.8)
     large = prediction.at_size(fine)
     pen = max(2.0, max(fine) / 220)
-    _tint(pixels, large.visible_ground, _SEEN, 0.45)
-    if unseen:
+    _tint(pixels, large.visible_ground, _VISIBLE, 0.45)
+    if show_hidden:
         stripes = diagonal_stripes(fine, 6 * pen, 3 * pen)
-        _tint(pixels, large.hidden_ground & stripes, _UNSEEN, 0.75)
+        _tint(pixels, large.hidden_ground & stripes, _HIDDEN, 0.75)
         _tint(pixels, large.hidden_ground & ~stripes, INK, 0.35)
     canvas = Image.fromarray(np.rint(pixels).astype(np.uint8))
     draw = ImageDraw.Draw(canvas)
 
     def drawn(points: Sequence[Sequence[float]]) -> list[tuple[float, float]]:
-        """Pixels of the picture as pixels of the canvas."""
+        """Converts pixels of the picture to pixels of the canvas."""
         y_scale, x_scale = fine[0] / height, fine[1] / width
         return [((x + 0.5) * x_scale - 0.5, (y + 0.5) * y_scale - 0.5) for x, y in points]
 
@@ -97,7 +97,7 @@ def _panel(
             draw.line(line, colour, round(thickness), joint="curve")
         for (a, b), behind in zip(pairwise(line), path.hidden[1:], strict=True):
             if behind:
-                draw.line((a, b), _BEHIND, round(1.5 * pen))
+                draw.line((a, b), _HIDDEN_LINE, round(1.5 * pen))
     font = ImageFont.load_default(4 * pen)
     for letter, (x, y) in zip("AB", drawn(ends), strict=True):
         for colour, radius in ((INK, 4.0 * pen), (WHITE, 3.5 * pen)):
@@ -122,7 +122,7 @@ def _tint(pixels: np.ndarray, mask: Mask, colour: tuple[int, int, int], opacity:
 
 
 def _smoothed(path: GroundPath) -> list[list[float]]:
-    """The path without its stairs: a moving mean over five pixels that keeps both ends."""
+    """Smooths the path's staircase with a moving mean over five pixels that keeps both ends."""
     padded = np.pad(path.pixels, ((2, 2), (0, 0)), mode="reflect", reflect_type="odd")
     if len(path.pixels) < 3:
         return [[float(x), float(y)] for x, y in path.pixels]

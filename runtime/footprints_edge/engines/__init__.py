@@ -1,1 +1,1 @@
-"""What runs a model file: one engine a file, all behind one protocol."""
+"""Engines that run model files: one module each, behind one protocol."""

@@ -1,4 +1,4 @@
-"""What runs a model file: the promise that every engine keeps, and what each of them checks."""
+"""The interface of engines, which run model files, and the checks that they share."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,22 +13,22 @@ _MOST_THREADS = 256
 _FOREIGN = {
     b"version https://git-lfs": "it is a Git LFS pointer, not the model; fetch it: git lfs pull",
     b"<": "it is a web page or XML, not a model; download the file itself",
-    b"PK\x03\x04": "it looks like a PyTorch checkpoint; make a model of it with: "
+    b"PK\x03\x04": "it looks like a PyTorch checkpoint; convert it with: "
     "fp-export convert CHECKPOINT -o OUT.onnx --arch edge",
 }
 
 
 class Engine(Protocol):
-    """A model file, loaded. `run` keeps no state: one engine may serve many threads.
+    """A loaded model file. `run` keeps no state, so many threads may share one engine.
 
     Attributes:
-        path: The file.
-        sha256: SHA-256 of the file's bytes, the very ones that run.
+        path: The model file.
+        sha256: SHA-256 of the bytes that were loaded.
         props: The file's `metadata_props`.
-        input_size: (H, W) that the file is fixed to, None where it takes any multiples of 32.
+        input_size: Fixed (H, W) of the input, None if it takes any multiples of 32.
         threads: Threads that one `run` uses.
-        providers: What it computes on, by the engine's own names.
-        runtime: Program and version that runs it.
+        providers: Devices or execution providers, by the engine's own names.
+        runtime: Name and version of the engine.
     """
 
     path: Path
@@ -43,23 +43,23 @@ class Engine(Protocol):
         """One forward pass.
 
         Args:
-            image: uint8 (1, H, W, 3), red, green, blue; H and W multiples of 32.
+            image: uint8 (1, H, W, 3), RGB; H and W are multiples of 32.
 
         Returns:
             float32 (1, 4, H, W): probabilities of visible ground and of ground, then the sigmoid
-            disparities of what is seen and of the ground (the paper's S, S*, D and D*); or two of
-            these, see `metadata.OUTPUTS`.
+            disparities of the visible surface and of the ground (the paper's S, S*, D and D*); or
+            two of these, see `metadata.OUTPUTS`.
 
         Raises:
-            ModelError: If the pass fails, for example for lack of memory.
+            ModelError: If the pass fails, for example because memory runs out.
         """
 
 
 def read_model_file(path: Path) -> bytes:
-    """The bytes of a model file.
+    """Reads the bytes of a model file.
 
     Raises:
-        ModelError: If it cannot be read, or is a well-known other thing.
+        ModelError: If it cannot be read, or is a Git LFS pointer, a web page or a checkpoint.
     """
     try:
         data = path.read_bytes()
@@ -67,15 +67,15 @@ def read_model_file(path: Path) -> bytes:
         raise ModelError(f"model file {path} cannot be read: {error.strerror or error}") from error
     for start, reason in _FOREIGN.items():
         if data.startswith(start):
-            raise ModelError(f"{path} is no ONNX model ({len(data)} bytes): {reason}")
+            raise ModelError(f"{path} is not an ONNX model ({len(data)} bytes): {reason}")
     return data
 
 
 def checked_threads(threads: int | None) -> int:
-    """How many threads are meant; None means all cores that this process may use.
+    """The number of threads; None means all cores that this process may use.
 
     Raises:
-        ModelError: If the number is not positive, or absurd.
+        ModelError: If the number is not between 1 and 256.
     """
     if threads is not None and not 1 <= threads <= _MOST_THREADS:
         raise ModelError(f"threads is {threads}; give 1 to {_MOST_THREADS}, or leave it out")
@@ -85,15 +85,15 @@ def checked_threads(threads: int | None) -> int:
 def checked_input_size(
     path: Path, found: Sequence[tuple[str, str, Sequence[object]]]
 ) -> Size | None:
-    """The (H, W) that a graph is fixed to, None where it is free.
+    """The fixed input size (H, W) of a graph, None if it is dynamic.
 
     Args:
         path: The model file, for the message.
-        found: Name, type and shape of the inputs and outputs, in onnxruntime's words; sides that
-            are free are anything but integers.
+        found: Name, type and shape of the inputs and outputs, in onnxruntime's terms; dynamic
+            sides are anything but integers.
 
     Raises:
-        ModelError: If the input or the output is not that of the file contract.
+        ModelError: If the input or the output breaks the file contract.
     """
     match [(name, kind, list(shape)) for name, kind, shape in found]:
         case [
@@ -104,7 +104,7 @@ def checked_input_size(
         case _:
             raise ModelError(
                 f"{path} is an ONNX model with {_signature(found)}; expected image uint8 "
-                "[1, H, W, 3] in and maps float32 [1, 4, H, W] out; make one with: "
+                "[1, H, W, 3] in and maps float32 [1, 4, H, W] out; convert one with: "
                 "fp-export convert CHECKPOINT -o OUT.onnx --arch edge"
             )
     if isinstance(height, int) and isinstance(width, int):

@@ -1,4 +1,4 @@
-"""Running a model file with onnxruntime. The only module that knows it."""
+"""The onnxruntime engine. The only module that imports onnxruntime."""
 
 import hashlib
 from collections import Counter
@@ -17,7 +17,7 @@ _CPU = "CPUExecutionProvider"
 
 
 class OnnxRuntimeEngine:
-    """A model file in onnxruntime; see `engine.Engine`."""
+    """Runs a model file with onnxruntime; see `engine.Engine`."""
 
     def __init__(
         self,
@@ -33,13 +33,13 @@ class OnnxRuntimeEngine:
             path: An ONNX file of the footprints-edge contract, or one in onnxruntime's format.
             threads: Threads for one `run`; None means all cores that this process may use.
             providers: onnxruntime execution providers in order of preference; None means CPU.
-            plugin: Package of an execution provider that onnxruntime loads from outside, such as
-                `onnxruntime-ep-openvino`, instead of `providers`. Nodes that it does not take
-                run on the CPU; `runtime` says how many it takes.
+            plugin: Package of a plug-in execution provider, such as `onnxruntime-ep-openvino`,
+                instead of `providers`. Nodes that it does not support run on the CPU; `runtime`
+                says how many it runs.
 
         Raises:
-            ModelError: If the file is missing, damaged or foreign, a provider is not available,
-                or the number of threads is not positive.
+            ModelError: If the file is missing, damaged or breaks the file contract, if a provider
+                is not available, or if the number of threads is not positive.
         """
         self.threads = checked_threads(threads)
         data = read_model_file(path)
@@ -58,18 +58,18 @@ class OnnxRuntimeEngine:
         except Exception as error:  # onnxruntime's exceptions share no base class
             raise ModelError(
                 f"{path} cannot be loaded ({len(data)} bytes, sha256 {self.sha256}): it is "
-                "damaged, no ONNX model, or made for a newer onnxruntime than "
+                "damaged, not an ONNX model, or made for a newer onnxruntime than "
                 f"{ort.__version__}; fetch or convert it again. onnxruntime says: {error}"
             ) from error
         self.providers: tuple[str, ...] = tuple(self._session.get_providers())
-        if wanted and self.providers[0] != wanted[0]:  # it falls back with a mere log line
+        if wanted and self.providers[0] != wanted[0]:  # onnxruntime only logs this fallback
             raise ModelError(
                 f"provider {wanted[0]} is installed but does not start on this machine; "
                 f"check its driver, or choose another of {', '.join(available_providers())}"
             )
         self.runtime = runtime()
         if plugin is not None:
-            self.runtime += f", {self._shares(plugin)}"
+            self.runtime += f", {self._assigned_nodes(plugin)}"
         elif wanted[0] != _CPU:
             self.runtime += f", {wanted[0]}"
         inputs, outputs = self._session.get_inputs(), self._session.get_outputs()
@@ -86,26 +86,26 @@ class OnnxRuntimeEngine:
             raise ModelError(f"{self.path} failed on an input of {image.shape}: {error}") from error
         return maps
 
-    def _shares(self, plugin: str) -> str:
-        """How many nodes each provider took; refuses a plug-in that took none."""
+    def _assigned_nodes(self, plugin: str) -> str:
+        """The number of nodes by provider; rejects a plug-in that runs none."""
         nodes: Counter[str] = Counter()
         for part in self._session.get_provider_graph_assignment_info():
             nodes[part.ep_name] += len(part.get_nodes())
         if not nodes.keys() & set(_plugin_providers(plugin)):
             raise ModelError(
-                f"{plugin} takes none of the nodes of {self.path}; onnxruntime would run them all "
-                "on the CPU: choose engine='onnxruntime' for that"
+                f"{plugin} supports none of the nodes of {self.path}, so onnxruntime would run "
+                "them all on the CPU; choose engine='onnxruntime' for that"
             )
         return ", ".join(f"{name} {count} nodes" for name, count in nodes.most_common())
 
 
 def available_providers() -> list[str]:
-    """Names of the execution providers that the installed onnxruntime has."""
+    """Names of the execution providers in the installed onnxruntime."""
     return list(ort.get_available_providers())
 
 
 def runtime() -> str:
-    """Name and version of what runs the models."""
+    """Name and version of the engine."""
     return f"onnxruntime {ort.__version__}"
 
 
@@ -121,7 +121,7 @@ def _checked_providers(wanted: list[str]) -> list[str]:
 
 
 def _add_plugin(options: ort.SessionOptions, plugin: str) -> None:
-    """Choose the devices of a plug-in.
+    """Selects the devices of a plug-in.
 
     Raises:
         ModelError: If it is not installed, does not load, or offers no device here.
@@ -130,8 +130,8 @@ def _add_plugin(options: ort.SessionOptions, plugin: str) -> None:
     devices = [device for device in ort.get_ep_devices() if device.ep_name in names]
     if not devices:
         raise ModelError(
-            f"{plugin} is installed but offers no device on this machine: its hardware, or the "
-            "driver, is not there; choose another engine"
+            f"{plugin} is installed but offers no device on this machine: its hardware or driver "
+            "is missing; choose another engine"
         )
     options.add_provider_for_devices(devices, {})
     options.add_session_config_entry("session.record_ep_graph_assignment_info", "1")
@@ -139,7 +139,7 @@ def _add_plugin(options: ort.SessionOptions, plugin: str) -> None:
 
 @cache
 def _plugin_providers(plugin: str) -> tuple[str, ...]:
-    """Names of a plug-in's execution providers, once it is registered with onnxruntime."""
+    """Registers a plug-in with onnxruntime; returns the names of its execution providers."""
     try:
         package = import_module(plugin.replace("-", "_"))
     except ModuleNotFoundError as error:
@@ -151,7 +151,7 @@ def _plugin_providers(plugin: str) -> tuple[str, ...]:
         return tuple(package.get_ep_names())
     except Exception as error:
         raise ModelError(
-            f"{plugin} does not load into onnxruntime {ort.__version__}: {error}; "
+            f"{plugin} cannot be loaded into onnxruntime {ort.__version__}: {error}; "
             "upgrade both, or choose another engine"
         ) from error
 
@@ -162,6 +162,6 @@ def _options(threads: int) -> ort.SessionOptions:
     options.inter_op_num_threads = 1
     options.execution_mode = ort.ExecutionMode.ORT_SEQUENTIAL
     options.log_severity_level = 4  # errors arrive as exceptions; do not print them as well
-    # Between two calls the cores belong to the program around us, not to waiting worker threads.
+    # Between two calls, waiting worker threads must not occupy the cores.
     options.add_session_config_entry("session.force_spinning_stop", "1")
     return options

@@ -1,4 +1,4 @@
-"""Running a model file with OpenVINO, the extra `openvino`. The only module that knows it."""
+"""The OpenVINO engine (the extra `openvino`). The only module that imports OpenVINO."""
 
 import hashlib
 from pathlib import Path
@@ -9,19 +9,20 @@ import numpy as np
 
 from footprints_edge.engines.engine import checked_input_size, checked_threads, read_model_file
 from footprints_edge.errors import ModelError
+from footprints_edge.foundation.install_hint import install_hint
 from footprints_edge.foundation.types import Floats, Rgb, Size
 
-_MOST_SIZES = 8
-"""So many networks of different input sizes are kept; each was compiled for its own."""
+_CACHED_SIZES = 8
+"""Maximum number of compiled networks to keep, one for each input size."""
 
 _TYPES = {"u8": "tensor(uint8)", "f32": "tensor(float)"}
 
 
 class OpenVinoEngine:
-    """A model file in OpenVINO, on the CPU; see `engine.Engine`.
+    """Runs a model file with OpenVINO on the CPU; see `engine.Engine`.
 
-    A network of free input size is compiled anew for every size that it meets, which takes a
-    second or so at its first picture.
+    A network with dynamic input size is compiled for each new size, which adds about a second to
+    the first picture of that size.
     """
 
     def __init__(self, path: Path, *, threads: int | None = None) -> None:
@@ -32,15 +33,14 @@ class OpenVinoEngine:
             threads: Threads for one `run`; None means all cores that this process may use.
 
         Raises:
-            ModelError: If the package openvino is missing, the file is missing, damaged or
-                foreign, or the number of threads is not positive.
+            ModelError: If the package openvino is missing, if the file is missing, damaged or
+                breaks the file contract, or if the number of threads is not positive.
         """
         try:
             import openvino
         except ModuleNotFoundError as error:
             raise ModelError(
-                "engine 'openvino' needs the package openvino; install it with: "
-                "pip install 'footprints-edge[openvino]'"
+                f"engine 'openvino' needs the package openvino; {install_hint('openvino')}"
             ) from error
         self.threads = checked_threads(threads)
         data = read_model_file(path)
@@ -54,7 +54,7 @@ class OpenVinoEngine:
         except Exception as error:
             raise ModelError(
                 f"{path} cannot be loaded ({len(data)} bytes, sha256 {self.sha256}): it is "
-                f"damaged, no ONNX model, or too new for {self.runtime}; fetch or "
+                f"damaged, not an ONNX model, or too new for {self.runtime}; fetch or "
                 f"convert it again. OpenVINO says: {error}"
             ) from error
         self.input_size = checked_input_size(
@@ -67,9 +67,10 @@ class OpenVinoEngine:
     def run(self, image: Rgb) -> Floats:
         """One forward pass; see `engine.Engine.run`."""
         size = (image.shape[1], image.shape[2])
-        if self.input_size not in (None, size):  # OpenVINO would take it
+        if self.input_size not in (None, size):  # OpenVINO would accept it
             raise ModelError(
-                f"{self.path} failed on an input of {image.shape}: it is fixed to {self.input_size}"
+                f"{self.path} failed on an input of {image.shape}: its fixed input size is "
+                f"{self.input_size}"
             )
         try:
             request = self._network(size).create_infer_request()
@@ -80,15 +81,15 @@ class OpenVinoEngine:
         return maps
 
     def _network(self, size: Size) -> Any:  # noqa: ANN401
-        """The network compiled for an input of (h, w)."""
+        """The network compiled for an input size (h, w)."""
         with self._lock:
             if size not in self._networks:
-                while len(self._networks) >= _MOST_SIZES:
+                while len(self._networks) >= _CACHED_SIZES:
                     del self._networks[next(iter(self._networks))]
                 model = self._model.clone()
                 model.reshape([1, *size, 3])
                 options = {
-                    "INFERENCE_PRECISION_HINT": "f32",  # else bfloat16 where the CPU has it
+                    "INFERENCE_PRECISION_HINT": "f32",  # default: bfloat16 if the CPU has it
                     "INFERENCE_NUM_THREADS": self.threads,
                     "NUM_STREAMS": 1,
                     "PERFORMANCE_HINT": "LATENCY",
@@ -98,7 +99,7 @@ class OpenVinoEngine:
 
 
 def _metadata(model: Any) -> dict[str, str]:  # noqa: ANN401
-    """The file's `metadata_props`, which OpenVINO files under `framework`."""
+    """The file's `metadata_props`, which OpenVINO stores under `framework`."""
     info = model.get_rt_info()
     if "framework" not in info:
         return {}
@@ -107,7 +108,7 @@ def _metadata(model: Any) -> dict[str, str]:  # noqa: ANN401
 
 
 def _described(node: Any) -> tuple[str, str, list[object]]:  # noqa: ANN401
-    """Name, type and shape in onnxruntime's words; a side that is free is None."""
+    """Name, type and shape in onnxruntime's terms; a dynamic side is None."""
     kind = node.element_type.get_type_name()
     shape = [side.get_length() if side.is_static else None for side in node.partial_shape]
     return node.any_name, _TYPES.get(kind, kind), shape

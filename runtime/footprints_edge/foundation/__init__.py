@@ -1,1 +1,1 @@
-"""What everything else stands on: array types, atomic writes, cores, PNG, OpenCV, the version."""
+"""The base of all other parts: array types, atomic writes, cores, PNG, OpenCV, version, hints."""

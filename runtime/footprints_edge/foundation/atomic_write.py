@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Atomic writes: a file appears whole or not at all."""
 
 import os
 from pathlib import Path
@@ -6,9 +6,10 @@ from threading import get_ident
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Writes a file under another name, ending in .part, first; makes its folder if need be."""
+    """Writes a temporary file, .fp-….part, and renames it; creates a missing folder."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".fp-{os.getpid()}-{get_ident()}.part")  # names may be at their longest
+    # short, as the name of `path` may have the maximum length
+    part = path.with_name(f".fp-{os.getpid()}-{get_ident()}.part")
     try:
         part.write_bytes(content)
         part.replace(path)

@@ -1,4 +1,4 @@
-"""How many processor cores this process may really use."""
+"""The number of processor cores that this process may use."""
 
 import math
 import os
@@ -8,19 +8,19 @@ _CGROUPS = Path("/sys/fs/cgroup")
 
 
 def usable_cores() -> int:
-    """Cores of this process: its affinity, and no more than its container's CPU quota.
+    """Cores in the process's affinity mask, capped by the container's CPU quota.
 
     `os.cpu_count` counts the whole machine; more threads than usable cores wait for each other.
     """
     try:
         cores = len(os.sched_getaffinity(0))
-    except AttributeError:  # macOS and Windows have no affinity to ask for
+    except AttributeError:  # macOS and Windows do not report an affinity
         cores = os.cpu_count() or 1
     return max(1, math.ceil(min(cores, _quota_cores(_CGROUPS))))
 
 
 def _quota_cores(root: Path) -> float:
-    """The container's CPU quota in cores, from cgroup v2 or v1; infinite where there is none."""
+    """The container's CPU quota in cores, from cgroup v2 or v1; infinite without a quota."""
     try:
         quota, period = (root / "cpu.max").read_text().split()
     except (OSError, ValueError):

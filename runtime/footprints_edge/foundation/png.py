@@ -1,4 +1,4 @@
-"""PNG files, written fast."""
+"""Fast PNG encoding."""
 
 import io
 
@@ -8,8 +8,8 @@ from PIL import Image
 def encode_png(image: Image.Image) -> bytes:
     """The bytes of a PNG.
 
-    Pillow's own choice of zlib's effort takes several times as long, for files that are as large
-    or a tenth smaller.
+    Pillow's default zlib level takes several times as long, for files of the same size or a tenth
+    smaller.
     """
     buffer = io.BytesIO()
     image.save(buffer, "PNG", compress_level=1, compress_type=Image.RLE)

@@ -1,4 +1,4 @@
-"""Sizes as people type them: ``256x448``, height first."""
+"""Parsing of sizes such as ``256x448``, height first."""
 
 import re
 
@@ -9,7 +9,7 @@ def parse_size(text: str) -> Size:
     """(H, W) of text such as ``256x448``.
 
     Raises:
-        ValueError: If it is something else, with a message for people.
+        ValueError: If the text is not a size; the message is meant for users.
     """
     match = re.fullmatch(r"([1-9]\d{0,5})x([1-9]\d{0,5})", text.strip().lower())
     if match is None:

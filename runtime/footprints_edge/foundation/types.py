@@ -1,4 +1,4 @@
-"""The array types that the stages hand to each other. Sizes and shapes are (height, width)."""
+"""Array types that the stages exchange. Sizes and shapes are (height, width)."""
 
 from typing import TypeAlias
 

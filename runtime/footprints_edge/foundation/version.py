@@ -4,5 +4,5 @@ from importlib.metadata import PackageNotFoundError, version
 
 try:
     __version__ = version("footprints-edge")
-except PackageNotFoundError:  # a source tree on PYTHONPATH that nobody installed
+except PackageNotFoundError:  # a source tree on PYTHONPATH, not installed
     __version__ = "0+unknown"

@@ -1,7 +1,7 @@
-"""Pinhole cameras, and what turns a network's disparity into metres and points.
+"""Pinhole cameras, and the conversion of disparity to depth and points.
 
-Pixel coordinates count from the centre of the top left pixel, which is (0, 0): the centre of an
-image is at ((W - 1) / 2, (H - 1) / 2). Camera axes: x right, y down, z forward.
+Pixel (0, 0) is the centre of the top left pixel, so the centre of an image is at
+((W - 1) / 2, (H - 1) / 2). Camera axes: x right, y down, z forward.
 """
 
 import math
@@ -17,11 +17,11 @@ from footprints_edge.foundation.types import Floats, Size
 IntrinsicsSource: TypeAlias = Literal["given", "exif", "assumed"]
 
 ASSUMED_FOV_DEG = 60.0
-"""Field of view along the longer side of a picture that does not say which camera took it.
+"""Field of view along the longer side of a picture without camera information.
 
 Main cameras of phones see 65 to 70 degrees, webcams 55 to 70, and cropped or zoomed pictures
-less than the camera that took them: 60 is the middle. Depths scale with the focal length, so a
-70 degree picture read as 60 degrees comes out 21 % too far, a 50 degree one 19 % too near.
+less than their camera: 60 is the middle. Depths scale with the focal length, so a 70 degree
+picture read as 60 degrees comes out 21 % too far, a 50 degree one 19 % too near.
 """
 
 _DIAGONAL_35MM = math.hypot(36.0, 24.0)
@@ -49,7 +49,7 @@ class Intrinsics:
     source: IntrinsicsSource = "given"
 
     def __post_init__(self) -> None:
-        """Refuses numbers that no camera has.
+        """Rejects impossible values.
 
         Raises:
             IntrinsicsError: If a number is not finite or a focal length is not positive.
@@ -69,7 +69,7 @@ class Intrinsics:
     def from_focal_px(
         cls, focal_px: float, image_size: Size, source: IntrinsicsSource = "given"
     ) -> "Intrinsics":
-        """The camera with square pixels and a centred principal point."""
+        """A camera with square pixels and a centred principal point."""
         height, width = image_size
         return cls(focal_px, focal_px, (width - 1) / 2, (height - 1) / 2, source)
 
@@ -77,14 +77,14 @@ class Intrinsics:
     def from_hfov(
         cls, hfov_deg: float, image_size: Size, source: IntrinsicsSource = "given"
     ) -> "Intrinsics":
-        """The camera that sees `hfov_deg` degrees from the left edge to the right edge.
+        """A camera with a horizontal field of view of `hfov_deg` degrees, from edge to edge.
 
         Raises:
             IntrinsicsError: If the angle is not between 0 and 180 degrees.
         """
         if not 0 < hfov_deg < 180:
             raise IntrinsicsError(
-                f"a horizontal field of view of {hfov_deg} degrees is not one of a pinhole camera; "
+                f"a pinhole camera cannot have a horizontal field of view of {hfov_deg} degrees; "
                 "give an angle between 0 and 180 (phones: about 65)"
             )
         focal_px = image_size[1] / 2 / math.tan(math.radians(hfov_deg) / 2)
@@ -94,37 +94,37 @@ class Intrinsics:
     def from_focal_35mm(
         cls, focal_mm: float, image_size: Size, source: IntrinsicsSource = "exif"
     ) -> "Intrinsics":
-        """The camera of a 35 mm equivalent focal length, as EXIF states it.
+        """A camera from its 35 mm equivalent focal length, as EXIF states it.
 
-        The equivalence is along the diagonal (CIPA DCG-001): 43.27 mm of film.
+        The equivalence refers to the diagonal (CIPA DCG-001): 43.27 mm of film.
         """
         focal_px = focal_mm * math.hypot(*image_size) / _DIAGONAL_35MM
         return cls.from_focal_px(focal_px, image_size, source)
 
     @classmethod
     def assumed(cls, image_size: Size) -> "Intrinsics":
-        """The camera of a picture that says nothing: `ASSUMED_FOV_DEG` along its longer side."""
+        """A default camera: `ASSUMED_FOV_DEG` along the longer side."""
         focal_px = max(image_size) / 2 / math.tan(math.radians(ASSUMED_FOV_DEG) / 2)
         return cls.from_focal_px(focal_px, image_size, "assumed")
 
     @property
     def focal_px(self) -> float:
-        """One focal length for both axes, in pixels: sqrt(fx fy), which keeps areas."""
+        """One focal length for both axes, in pixels: sqrt(fx fy), which preserves areas."""
         return math.sqrt(self.fx * self.fy)
 
     @property
     def matrix(self) -> NDArray[np.float64]:
-        """The camera matrix K, float64 (3, 3): pixels times depth are K times a point."""
+        """The camera matrix K, float64 (3, 3): K times a point is its pixel times its depth."""
         return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]])
 
     def hfov_deg(self, image_size: Size) -> float:
-        """Horizontal field of view in degrees, for the image size that the numbers are for."""
+        """Horizontal field of view in degrees; the intrinsics must be for `image_size`."""
         return math.degrees(2 * math.atan(image_size[1] / 2 / self.fx))
 
     def scaled(self, from_size: Size, to_size: Size) -> "Intrinsics":
-        """The same camera after its image was resized from one (H, W) to another.
+        """The same camera after its image is resized from one (H, W) to another.
 
-        A resize maps edges onto edges, so a coordinate moves as x' = (x + 0.5) s - 0.5.
+        A resize maps edges to edges, so coordinates become x' = (x + 0.5) s - 0.5.
         """
         scale_y = to_size[0] / from_size[0]
         scale_x = to_size[1] / from_size[1]
@@ -138,7 +138,7 @@ class Intrinsics:
 
 
 def disparity_to_depth(disparity: ArrayT, min_m: float = 0.1, max_m: float = 100.0) -> ArrayT:
-    """Metres from a sigmoid disparity: 0 is `max_m` away, 1 is `min_m` away.
+    """Converts a sigmoid disparity to metres: 0 maps to `max_m`, 1 to `min_m`.
 
     The paper's depth parametrisation: 1 / (0.01 + 9.99 s) with the default range.
 
@@ -148,13 +148,13 @@ def disparity_to_depth(disparity: ArrayT, min_m: float = 0.1, max_m: float = 100
         max_m: Farthest depth in metres.
 
     Returns:
-        Depth along the optical axis in metres; shape and dtype as given.
+        Depth along the optical axis in metres; same shape and dtype.
     """
     return 1.0 / (1.0 / max_m + (1.0 / min_m - 1.0 / max_m) * disparity)
 
 
 def depth_to_disparity(depth_m: ArrayT, min_m: float = 0.1, max_m: float = 100.0) -> ArrayT:
-    """The inverse of `disparity_to_depth`; outside [0, 1] for depths outside the range."""
+    """Inverts `disparity_to_depth`; the result leaves [0, 1] for depths outside the range."""
     return (1.0 / depth_m - 1.0 / max_m) / (1.0 / min_m - 1.0 / max_m)
 
 
@@ -166,8 +166,8 @@ def rays(intrinsics: Intrinsics, size: Size) -> Floats:
         size: (H, W).
 
     Returns:
-        float32 (H, W, 3): x right, y down, z forward, with z = 1 (not unit length), so that
-        ray times depth is a point.
+        float32 (H, W, 3): x right, y down, z forward, with z = 1 (not unit length), so ray times
+        depth is a point.
     """
     height, width = size
     directions = np.ones((height, width, 3), np.float32)
@@ -177,7 +177,7 @@ def rays(intrinsics: Intrinsics, size: Size) -> Floats:
 
 
 def backproject(depth_m: Floats, intrinsics: Intrinsics) -> Floats:
-    """The point that every pixel shows.
+    """The 3D point at every pixel.
 
     Args:
         depth_m: float32 (H, W), metres along the optical axis; NaN stays NaN.

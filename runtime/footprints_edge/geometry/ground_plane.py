@@ -1,7 +1,7 @@
-"""The plane that the ground lies in: where the camera stands above it, and metres on it.
+"""The ground plane: its fit, the camera's pose above it, and metric coordinates on it.
 
-Ground coordinates follow ROS REP-103: x forward, y left, z up, metres. Their origin is the point of
-the plane straight below the camera; forward is the way that the camera looks, laid onto the plane.
+Ground coordinates follow ROS REP-103: x forward, y left, z up, metres. The origin is the point of
+the plane straight below the camera; forward is the viewing direction projected onto the plane.
 """
 
 import math
@@ -16,24 +16,25 @@ from footprints_edge.geometry.camera import Intrinsics
 
 _FEWEST_PIXELS = 20
 _TRIALS = 150
-"""Triples drawn: one is free of outliers with certainty 1 - 1e-8 if half of the pixels are good."""
+"""Triples drawn. If half of the pixels are inliers, at least one triple is free of outliers with
+probability 1 - 1e-8."""
 
 _FITTED = 8000
-"""The plane is fitted to at most so many pixels, drawn evenly: three numbers need no more."""
+"""Maximum number of pixels for the fit, drawn uniformly: three parameters need no more."""
 
 _JUDGED = 600
-"""Hypotheses are judged on at most so many pixels: their order does not change with more."""
+"""Maximum number of pixels that rank the hypotheses: more do not change the order."""
 
 
 @dataclass(frozen=True, eq=False)
 class GroundPlane:
-    """The ground as one plane, seen from the camera.
+    """The ground as one plane, in camera axes.
 
     Attributes:
         up: float64 (3,), the unit normal in camera axes (x right, y down, z forward).
-        camera_height_m: How far the camera is above the plane, metres.
-        error_m: Median distance of the ground that the plane was fitted to from the plane, metres:
-            centimetres where the ground is flat, more where it is not or where its depth is poor.
+        camera_height_m: Height of the camera above the plane, metres.
+        error_m: Median distance between the plane and the ground pixels of the fit, metres:
+            centimetres on flat ground, more on uneven ground or with poor depth.
     """
 
     up: NDArray[np.float64]
@@ -42,26 +43,26 @@ class GroundPlane:
 
     @property
     def pitch_deg(self) -> float:
-        """How far the camera looks down: 0 at the horizon, 90 at its feet, degrees."""
+        """Downward pitch of the camera in degrees: 0 looks at the horizon, 90 straight down."""
         return math.degrees(math.asin(max(-1.0, min(1.0, -float(self.up[2])))))
 
     @property
     def roll_deg(self) -> float:
-        """How far the camera is turned about its line of sight, right side down, degrees."""
+        """Roll of the camera about its optical axis in degrees, right side down."""
         return math.degrees(math.atan2(-float(self.up[0]), -float(self.up[1])))
 
     @property
     def axes(self) -> NDArray[np.float64]:
         """float64 (3, 3): rows are forward, left and up, unit vectors in camera axes."""
         towards = np.array([0.0, 0.0, 1.0])
-        if abs(self.up[2]) > 0.999:  # looks straight down: forward is up in the picture
+        if abs(self.up[2]) > 0.999:  # straight down: forward is up in the picture
             towards = np.array([0.0, -1.0, 0.0])
         forward = towards - (towards @ self.up) * self.up
         forward /= np.linalg.norm(forward)
         return np.stack([forward, np.cross(self.up, forward), self.up])
 
     def to_ground(self, points_m: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Points in ground coordinates.
+        """Converts points to ground coordinates.
 
         Args:
             points_m: (..., 3), metres in camera axes: x right, y down, z forward.
@@ -74,7 +75,7 @@ class GroundPlane:
         return moved
 
     def inverse_depth(self, intrinsics: Intrinsics, size: Size) -> Floats:
-        """The inverse of its depth at every pixel, which is affine in the pixel.
+        """The plane's inverse depth at every pixel, which is affine in the pixel.
 
         Args:
             intrinsics: The camera in the pixels of `size`.
@@ -93,11 +94,11 @@ class GroundPlane:
     def at_pixels(
         self, pixels: NDArray[np.floating], intrinsics: Intrinsics
     ) -> NDArray[np.float64]:
-        """Where the rays of pixels meet the plane.
+        """The points where the rays of pixels meet the plane.
 
         Args:
             pixels: (..., 2), x and y; (0, 0) is the centre of the top left pixel.
-            intrinsics: The camera in those pixels.
+            intrinsics: The camera in the same pixels.
 
         Returns:
             float64 (..., 2): x forward and y left, metres; NaN at and above the horizon.
@@ -113,15 +114,14 @@ class GroundPlane:
     def to_pixels(
         self, places_m: NDArray[np.floating], intrinsics: Intrinsics
     ) -> NDArray[np.float64]:
-        """Where points of the plane appear in the picture: the inverse of `at_pixels`.
+        """Projects points of the plane into the picture: the inverse of `at_pixels`.
 
         Args:
             places_m: (..., 2): x forward and y left, metres.
             intrinsics: The camera in the pixels of the result.
 
         Returns:
-            float64 (..., 2): x and y in pixels, also beyond the picture's borders; NaN behind the
-            camera.
+            float64 (..., 2): x and y in pixels, not clipped to the picture; NaN behind the camera.
         """
         axes = self.axes
         points = places_m @ axes[:2] - self.camera_height_m * axes[2]
@@ -140,29 +140,29 @@ class GroundPlane:
 def fit_ground_plane(
     ground_depth_m: Floats, ground: Mask, intrinsics: Intrinsics, seed: int = 0
 ) -> GroundPlane:
-    """The plane that at least half of the ground lies on.
+    """Fits the plane that at least half of the ground lies on.
 
-    Along a plane the inverse depth is affine in the pixel, and a network's error is even in inverse
-    depth, not in metres. So this is a least median of squares in inverse depth (Rousseeuw 1984: no
-    tolerance to choose, up to half of the pixels may be wrong), then least squares over its
-    inliers.
+    Along a plane the inverse depth is affine in the pixel, and a network's error is uniform in
+    inverse depth, not in metres. So this is a least median of squares in inverse depth (Rousseeuw
+    1984: no tolerance to choose, up to half of the pixels may be outliers), then least squares over
+    the inliers.
 
     Args:
         ground_depth_m: float32 (h, w), metres along the optical axis; read where `ground` is.
         ground: bool (h, w), the pixels to fit.
         intrinsics: The camera in pixels of (h, w).
-        seed: Of the triples that are tried: the same maps give the same plane.
+        seed: Seed of the random triples: the same maps give the same plane.
 
     Raises:
-        GroundPlaneError: If there are too few ground pixels, they lie in one line, or the plane
-            that they lie on is above the camera.
+        GroundPlaneError: If there are too few ground pixels, they lie in one line, or their plane
+            is above the camera.
     """
     width = ground.shape[1]
     count = int(np.count_nonzero(ground))
     if count < _FEWEST_PIXELS:
         raise GroundPlaneError(
-            f"{count} pixels are ground; a plane needs {_FEWEST_PIXELS}. Lower the threshold, or "
-            "take a picture that shows more ground"
+            f"{count} pixels are ground; a plane needs {_FEWEST_PIXELS}; lower the threshold, or "
+            "use a picture that shows more ground"
         )
     rng = np.random.default_rng(seed)
     chosen = np.flatnonzero(ground)
@@ -177,13 +177,13 @@ def fit_ground_plane(
     for _ in range(3):
         residual = np.abs(gradient @ directions - inverse_depth)
         inlier = residual <= max(2.5 * 1.4826 * float(np.median(residual)), 1e-9)
-        among = directions * inlier  # the normal equations: three by three, much faster
-        gradient = np.asarray(np.linalg.pinv(among @ directions.T) @ (among @ inverse_depth))
+        used = directions * inlier  # normal equations: 3 x 3, much faster
+        gradient = np.asarray(np.linalg.pinv(used @ directions.T) @ (used @ inverse_depth))
     length = float(np.linalg.norm(gradient))  # up . ray = -height / depth
     up = -gradient / length
     if up[1] > 0.2:
         raise GroundPlaneError(
-            "the ground depth lies on a plane above the camera; is the picture upside down?"
+            "the ground plane is above the camera; turn the picture if it is upside down"
         )
     camera_height_m = 1 / length
     above_m = up @ directions / inverse_depth + camera_height_m
@@ -193,18 +193,18 @@ def fit_ground_plane(
 def _least_median(
     directions: NDArray[np.float64], inverse_depth: NDArray[np.float64], rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """The plane (3,) through a triple whose median |plane . direction - inverse depth| is least."""
+    """The plane (3,) through a triple with the least median |plane . direction - inverse depth|."""
     triples = rng.integers(len(inverse_depth), size=(_TRIALS, 3))
     corners = directions.T[triples]
-    usable = np.abs(np.linalg.det(corners)) > 1e-9  # three in a row span no plane
+    usable = np.abs(np.linalg.det(corners)) > 1e-9  # collinear points span no plane
     if not usable.any():
         raise GroundPlaneError(
             f"the {len(inverse_depth)} ground pixels lie in one line, which spans no plane; "
-            "take a picture that shows more ground"
+            "use a picture that shows more ground"
         )
     planes = np.linalg.solve(corners[usable], inverse_depth[triples[usable]][..., None])[..., 0]
     judged = rng.integers(len(inverse_depth), size=min(_JUDGED, len(inverse_depth)))
     residual = np.abs(planes @ directions[:, judged] - inverse_depth[judged]).astype(np.float32)
-    middle = len(judged) // 2  # partition takes a third of the time of numpy's median by rows
+    middle = len(judged) // 2  # partition takes a third of the time of np.median by rows
     best: NDArray[np.float64] = planes[np.partition(residual, middle)[:, middle].argmin()]
     return best

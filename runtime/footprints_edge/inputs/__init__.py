@@ -1,1 +1,1 @@
-"""From a picture in any form to the input of a network."""
+"""Decoding and resizing: from a picture in any form to the network's input."""

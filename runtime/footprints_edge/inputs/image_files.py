@@ -6,21 +6,21 @@ from pathlib import Path
 from footprints_edge.errors import ImageError
 
 IMAGE_SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp"})
-"""File suffixes that count as pictures in a folder. A file named outright is always tried."""
+"""Suffixes of files that count as pictures in a folder. A file named directly is always read."""
 
 
 def image_files(
     folder: Path, *, recursive: bool = False, skip_endings: Iterable[str] = ()
 ) -> list[Path]:
-    """The pictures in a folder, sorted, without hidden files.
+    """Lists the pictures in a folder, sorted, without hidden files.
 
     Args:
-        folder: The folder.
-        recursive: Whether its sub-folders count.
-        skip_endings: Endings of file names to leave out, such as those of our own outputs.
+        folder: The folder to search.
+        recursive: Whether to search its sub-folders too.
+        skip_endings: Endings of file names to skip, such as those of our own outputs.
 
     Raises:
-        ImageError: If the folder holds no picture.
+        ImageError: If the folder contains no pictures.
     """
     skipped = tuple(skip_endings)
     found = [
@@ -32,7 +32,7 @@ def image_files(
         and path.is_file()
     ]
     if not found:
-        hint = "" if recursive else "; --recursive looks in its sub-folders too"
+        hint = "" if recursive else "; --recursive searches its sub-folders too"
         raise ImageError(
             f"{folder}: no picture in this folder ({', '.join(sorted(IMAGE_SUFFIXES))}){hint}"
         )

@@ -1,4 +1,4 @@
-"""Decoding: whatever a caller calls an image becomes upright 8-bit RGB, or an ImageError."""
+"""Decoding: any image source becomes upright 8-bit RGB, or raises an ImageError."""
 
 import io
 import math
@@ -16,15 +16,15 @@ from footprints_edge.errors import ImageError
 from footprints_edge.foundation.types import Rgb, Size
 
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
-"""The decoders that an input may reach: every other one of Pillow's is only attack surface."""
+"""Decoders that an input may reach: Pillow's other decoders only add attack surface."""
 
 _REDUCIBLE = {"JPEG", "MPO"}  # MPO: several JPEGs in one file, as some phones write
 
 MAX_PIXELS = 178_000_000
-"""Larger pictures are refused before a pixel of them is decoded: half a gigabyte as RGB."""
+"""Larger pictures are rejected before any pixel is decoded: half a gigabyte as RGB."""
 
 MAX_BYTES = 512 * 2**20
-"""Longer files are refused: no picture within `MAX_PIXELS` needs them."""
+"""Larger files are rejected: no picture within `MAX_PIXELS` needs more bytes."""
 
 ImageSource: TypeAlias = "str | Path | bytes | BinaryIO | Image.Image | Rgb | DecodedImage"
 
@@ -42,12 +42,12 @@ _ON_ITS_SIDE = {5, 6, 7, 8}
 
 @dataclass(frozen=True, eq=False)
 class ReducibleFile:
-    """A JPEG, which can be decoded at a half, a quarter or an eighth of its size.
+    """A JPEG file that can be decoded at a half, a quarter or an eighth of its size.
 
     Attributes:
-        data: Its bytes.
-        label: How messages call it.
-        size: (H, W) of the upright picture.
+        data: The encoded bytes.
+        label: Name for messages.
+        size: (H, W) of the upright picture at full size.
     """
 
     data: bytes
@@ -55,7 +55,7 @@ class ReducibleFile:
     size: Size
 
     def decode(self, least: Size) -> Rgb:
-        """The upright picture at the smallest of these sizes that is no smaller than `least`.
+        """Decodes the upright picture at the smallest of these sizes that covers `least`.
 
         Raises:
             ImageError: If the file is damaged.
@@ -66,15 +66,14 @@ class ReducibleFile:
 
 @dataclass(frozen=True, eq=False)
 class DecodedImage:
-    """An upright picture, and what its file said about itself.
+    """An upright picture and the metadata of its file.
 
     Attributes:
-        pixels: uint8 (h, w, 3), red, green, blue, turned upright: the whole picture, at its own
-            size or smaller.
-        name: File name, for naming outputs; None where the source has none.
-        path: The file that it was read from, so that no output is ever written over it.
+        pixels: uint8 (h, w, 3), RGB, upright: the whole picture, at full size or reduced.
+        name: File name, for naming outputs; None if the source has none.
+        path: The source file, which outputs must not overwrite; None if there is none.
         focal_35mm: 35 mm equivalent focal length in millimetres from EXIF, None if not stated.
-        file: What `pixels` were decoded from at less than their own size; None if they were not.
+        file: The JPEG file, if `pixels` were decoded at a reduced size; else None.
     """
 
     pixels: Rgb
@@ -85,18 +84,18 @@ class DecodedImage:
 
     @property
     def size(self) -> Size:
-        """(H, W) of the upright picture at its own size."""
+        """(H, W) of the upright picture at full size."""
         return _size(self.pixels) if self.file is None else self.file.size
 
     @cached_property
     def rgb(self) -> Rgb:
-        """uint8 (H, W, 3): the picture at its own size; decoded when it is first asked for."""
+        """uint8 (H, W, 3): the picture at full size, decoded on first access."""
         return self.at_least(self.size)
 
     def at_least(self, least: Size) -> Rgb:
-        """uint8 (h, w, 3): the picture, no smaller than `least` if it is not so itself.
+        """uint8 (h, w, 3): the picture, no smaller than `least` unless its full size is.
 
-        What is not larger than needed is cheaper to decode and to resize.
+        Fewer pixels are faster to decode and to resize.
         """
         if self.file is None or _covers(_size(self.pixels), least):
             return self.pixels
@@ -104,20 +103,21 @@ class DecodedImage:
 
 
 def decode(source: ImageSource, least_size: Callable[[Size], Size] | None = None) -> DecodedImage:
-    """Reads an image from any source that `Model.predict` takes.
+    """Decodes an image from any source that `Model.predict` accepts.
 
-    All eight EXIF orientations are turned upright, for every source alike. Transparent pixels
-    become white: what lies under them is arbitrary, and white is how pictures with transparency
-    are looked at. Of an animation or a multi-page file, the first picture counts.
+    All eight EXIF orientations are turned upright, for every source. Transparent pixels become
+    white, as viewers show them: their colours are arbitrary. An animation or a multi-page file
+    yields its first picture.
 
     Args:
         source: Path, encoded bytes, binary file object, PIL image, or uint8 array (H, W, 3) in
             RGB order (OpenCV delivers BGR: pass `frame[..., ::-1]`). An array is copied.
-        least_size: From the upright picture's (H, W) to the size that is enough of it. A JPEG much
-            larger than that is decoded smaller, with `pixels` no smaller than this. None: as it is.
+        least_size: Function from the upright picture's (H, W) to the size that is needed. A much
+            larger JPEG is decoded at a reduced size, but no smaller than this. None decodes at
+            full size.
 
     Returns:
-        The upright picture. A `DecodedImage` is handed back as it is.
+        The upright picture. A `DecodedImage` is returned unchanged.
 
     Raises:
         ImageError: If the source is missing, not a picture, truncated, larger than
@@ -144,7 +144,7 @@ def decode(source: ImageSource, least_size: Callable[[Size], Size] | None = None
         except (OSError, ValueError) as error:
             raise ImageError(f"{filename or 'the file object'} cannot be read: {error}") from error
         if not isinstance(data, bytes):
-            raise ImageError(f"{filename or 'the file object'} reads as text; open it with 'rb'")
+            raise ImageError(f"{filename or 'the file object'} yields text; open it with 'rb'")
         return _from_bytes(data, path, str(path) if path else "image file object", least_size)
     raise ImageError(
         f"cannot read an image from {type(source).__name__}; "
@@ -171,7 +171,7 @@ def _checked_array(array: Rgb) -> Rgb:
 def _check_size(size: Size, label: str) -> None:
     height, width = size
     if height < 1 or width < 1:
-        raise ImageError(f"{label} is {width} x {height} pixels: there is nothing to see in it")
+        raise ImageError(f"{label} is empty: {width} x {height} pixels; both sides need at least 1")
     if height * width > MAX_PIXELS:
         raise ImageError(
             f"{label} is {width} x {height} pixels, more than the {MAX_PIXELS / 1e6:.0f} million "
@@ -184,14 +184,14 @@ def _read(path: Path) -> bytes:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
         if len(data) > MAX_BYTES:
-            raise ImageError(f"{path}: longer than {MAX_BYTES} bytes; this is no usual picture")
+            raise ImageError(f"{path}: larger than {MAX_BYTES} bytes; scale the picture down first")
         return data
     except FileNotFoundError as error:
         raise ImageError(f"{path}: no such file") from error
     except IsADirectoryError as error:
-        raise ImageError(f"{path} is a folder; name the pictures in it") from error
+        raise ImageError(f"{path} is a folder; give a picture in it") from error
     except (OSError, ValueError) as error:  # ValueError: a null byte in the name
-        raise ImageError(f"{path!s}: cannot be read: {error}") from error
+        raise ImageError(f"{path!s} cannot be read: {error}") from error
 
 
 def _from_bytes(
@@ -214,9 +214,9 @@ def _opened(data: bytes, label: str) -> Image.Image:
         return Image.open(io.BytesIO(data), formats=FORMATS)
     except Image.DecompressionBombError as error:
         raise ImageError(f"{label}: {error}; scale it down first") from error
-    except Exception as error:  # Pillow's plugins raise nearly anything on hostile headers
+    except Exception as error:  # Pillow's plugins raise almost anything on hostile headers
         raise ImageError(
-            f"{label} is not an image that can be read; supported: {', '.join(FORMATS)}"
+            f"{label} is not an image in a supported format ({', '.join(FORMATS)})"
         ) from error
 
 
@@ -227,7 +227,7 @@ def _from_pillow(image: Image.Image, path: Path | None, label: str) -> DecodedIm
 
 
 def _upright(image: Image.Image, label: str, least: Size | None = None) -> tuple[Rgb, "_Exif"]:
-    """Decodes an opened image, smaller where it can be and `least` (h, w) allows it."""
+    """Decodes an opened image, at a reduced size if the format and `least` (h, w) allow it."""
     try:
         covered = None
         if least is not None:
@@ -235,10 +235,12 @@ def _upright(image: Image.Image, label: str, least: Size | None = None) -> tuple
             drafted = image.draft(None, (width, height))
             covered = drafted[1] if drafted else None
         image.load()
-        exif = _exif(image)  # after load(): the TIFF decoder turns upright by itself, and says so
+        exif = _exif(
+            image
+        )  # after load(): the TIFF decoder turns upright itself and resets the tag
         rgb = _to_rgb(image)
         if covered is not None and covered != (0, 0, *rgb.size):
-            # The last row and column of a reduced picture may be of fewer pixels than the others.
+            # The last row and column of a reduced picture may cover fewer pixels than the others.
             rgb = rgb.resize(rgb.size, Image.Resampling.BICUBIC, box=covered)
     except ImageError as error:
         raise ImageError(f"{label}: {error}") from error
@@ -249,7 +251,7 @@ def _upright(image: Image.Image, label: str, least: Size | None = None) -> tuple
 
 
 def _turned(size: Size, orientation: int) -> Size:
-    """(H, W) as stored to upright, and back."""
+    """Converts (H, W) between stored and upright."""
     return (size[1], size[0]) if orientation in _ON_ITS_SIDE else size
 
 
@@ -269,21 +271,21 @@ def _to_rgb(image: Image.Image) -> Image.Image:
             return image.convert("RGB")
         rgba = image.convert("RGBA")
     except ValueError as error:  # such as La, premultiplied grey
-        raise ImageError(f"cannot make RGB of mode {image.mode}; convert it first") from error
+        raise ImageError(f"mode {image.mode} has no conversion to RGB; convert it first") from error
     rgb = Image.new("RGB", rgba.size, "white")
     rgb.paste(rgba, mask=rgba.getchannel("A"))
     return rgb
 
 
 def _wide_grey_to_rgb(image: Image.Image) -> Image.Image:
-    """Grey of 16 bits and more. Pillow's own conversion clips it at 255 instead of scaling it."""
+    """Scales grey of 16 bits and more. Pillow's own conversion clips it at 255 instead."""
     if image.mode.startswith("I;16"):
         to_bytes = np.rint(np.arange(2**16) / 257).astype(np.uint8)
         return Image.fromarray(to_bytes[np.asarray(image)]).convert("RGB")
     grey = np.asarray(image).astype(np.float64)
     if not np.isfinite(grey).all():
         raise ImageError("some pixels are not finite numbers; save it as 8- or 16-bit grey")
-    # 32-bit integers and floats carry no white level: the smallest usual one that holds the values
+    # 32-bit integers and floats state no white level: take the smallest usual one that fits
     levels = (1.0, 255.0, 65535.0) if image.mode == "F" else (65535.0,)
     white = next((level for level in levels if grey.max() <= level), None)
     if white is None or grey.min() < 0:
@@ -301,7 +303,7 @@ class _Exif:
 
 
 def _exif(image: Image.Image) -> _Exif:
-    """What EXIF says; a broken block says nothing, the picture is still good."""
+    """Reads EXIF; a broken block counts as absent, as the picture is still good."""
     try:
         exif = image.getexif()
         orientation = exif.get(Base.Orientation, 1)
@@ -311,5 +313,5 @@ def _exif(image: Image.Image) -> _Exif:
         focal_mm = float(exif.get_ifd(IFD.Exif).get(Base.FocalLengthIn35mmFilm, 0))
     except Exception:
         focal_mm = 0.0
-    known = math.isfinite(focal_mm) and focal_mm > 0  # EXIF writes 0 for unknown
-    return _Exif(orientation, focal_mm if known else None)
+    stated = math.isfinite(focal_mm) and focal_mm > 0  # EXIF writes 0 for unknown
+    return _Exif(orientation, focal_mm if stated else None)

@@ -1,6 +1,6 @@
-"""The one preprocessing of inference, calibration, accuracy evaluation and benchmark.
+"""The one preprocessing function for inference, calibration, accuracy evaluation and benchmarks.
 
-Only the size changes here: scaling and normalisation of the values are inside the model file.
+It only resizes: scaling and normalisation of the values are inside the model file.
 """
 
 import math
@@ -12,34 +12,34 @@ from PIL import Image
 from footprints_edge.foundation.types import Rgb, Size
 
 STRIDE = 32
-"""Networks halve the picture five times: sides must be multiples of this."""
+"""Networks halve the picture five times, so both sides must be multiples of this."""
 
 BUDGET_PX = 256 * 448
-"""Pixels that the network sees, whatever the picture's shape."""
+"""Target number of input pixels, for pictures of any shape."""
 
 FILTERS = {"lanczos": Image.Resampling.LANCZOS, "bilinear": Image.Resampling.BILINEAR}
 """Resize filters that a model's metadata may name; both antialias."""
 
 ENOUGH = 2
-"""A picture is decoded no smaller than so many times the sides of the network's input: what that
-changes is less than what the JPEG itself did to the picture."""
+"""A picture is decoded at no less than this many times the sides of the network's input: the effect
+is smaller than that of the JPEG compression itself."""
 
 _REDUCING_GAP = 3.0
-"""Larger pictures than twice this are averaged over whole blocks first, to no less than this many
-times the sides of the result: three times as fast, and off by a level of 255 at most pixels."""
+"""Pictures larger than twice this factor are first averaged over whole blocks, to no less than this
+factor times the result's sides: three times as fast, and most pixels differ by at most 1 of 255."""
 
 _MOST_PX = 1.15 * BUDGET_PX
-_AREA_WEIGHT = 0.25  # a squeeze of 4 % is as bad as 16 % too many or too few pixels
+_AREA_WEIGHT = 0.25  # a distortion of 4 % is as bad as 16 % too many or too few pixels
 
 
 @lru_cache(maxsize=1024)
 def working_size(image_size: Size) -> Size:
-    """The size at which a network with free input size looks at a picture.
+    """The input size of a network with dynamic input size for a picture.
 
-    Of all pairs of multiples of 32 with at most 1.15 times `BUDGET_PX` pixels, the one that
-    keeps the picture's shape and the budget best: (256, 448) for 16:9, (448, 256) for 9:16,
-    (288, 384) for 4:3. The most extreme panorama gets (64, 2048): a network that pads by
-    reflection needs two pixels where the picture is smallest.
+    Both sides are multiples of 32, with at most 1.15 times `BUDGET_PX` pixels in all. Among these
+    sizes it is the best trade-off between the picture's shape and the budget: (256, 448) for 16:9,
+    (448, 256) for 9:16, (288, 384) for 4:3. The most extreme panorama gets (64, 2048): a network
+    that pads by reflection needs two pixels at its lowest resolution.
 
     Args:
         image_size: (H, W) of the upright picture.
@@ -61,23 +61,22 @@ def working_size(image_size: Size) -> Size:
 
     def cost(size: Size) -> float:
         h, w = size
-        squeeze = abs(math.log(w / h) - log_aspect)
-        return squeeze + _AREA_WEIGHT * abs(math.log(h * w / BUDGET_PX))
+        distortion = abs(math.log(w / h) - log_aspect)
+        return distortion + _AREA_WEIGHT * abs(math.log(h * w / BUDGET_PX))
 
     return min(candidates, key=cost)
 
 
 def enough_for(size: Size) -> Size:
-    """How much of a picture is worth decoding for a network's input of a size (h, w)."""
+    """The picture size (H, W) that is worth decoding for a network's input size (h, w)."""
     return ENOUGH * size[0], ENOUGH * size[1]
 
 
 def preprocess(rgb: Rgb, size: Size, filter: str = "lanczos") -> Rgb:
-    """The network's input: the whole picture, resized.
+    """Resizes the whole picture to the network's input.
 
     Args:
-        rgb: uint8 (H, W, 3), upright, red, green, blue: at its own size, or such as
-            `enough_for` says.
+        rgb: uint8 (H, W, 3), upright RGB, at full size or at least at the size of `enough_for`.
         size: (h, w) of the result.
         filter: Key of `FILTERS`, from the model's metadata.
 

@@ -1,1 +1,1 @@
-"""The four maps of a prediction as data."""
+"""The data of a prediction: four maps, their masks and their camera."""

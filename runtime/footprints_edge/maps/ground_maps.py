@@ -1,4 +1,4 @@
-"""The data of a prediction: four maps, their masks, their camera and their picture."""
+"""The data of a prediction: four maps, with their masks, camera and picture."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -22,18 +22,18 @@ MAPS = (
     "visible_depth_m",
     "unmasked_ground_depth_m",
 )
-"""The maps that a network fills, in the order of its output."""
+"""The maps that a network predicts, in the order of its output."""
 
 
 @dataclass(frozen=True)
 class ModelInfo:
-    """Which model a prediction is from.
+    """The model that made a prediction.
 
     Attributes:
         name: The model's name.
         precision: `fp32`, `fp16` (weights only) or `int8`.
         sha256: SHA-256 of the model file.
-        runtime: Program and version that ran it, and on what if not on the CPU.
+        runtime: Engine and version that ran it, and its provider if that is not the CPU.
     """
 
     name: str
@@ -43,7 +43,7 @@ class ModelInfo:
 
 
 MapsT = TypeVar("MapsT", bound="GroundMaps")
-"""What goes through a stage and comes out as the same class."""
+"""A stage takes and returns the same class."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,12 +56,12 @@ class GroundMaps:
     Attributes:
         maps: The four maps.
         picture: The upright picture, for overlays and coloured points.
-        intrinsics: The camera in the maps' own pixels, and where it came from.
+        intrinsics: The camera in pixels of the maps, and its source.
         threshold: Probability above which a pixel counts as ground.
-        model: Which model the maps are from.
+        model: The model that made the maps.
         timings_ms: Milliseconds by stage: decode, preprocess, inference, postprocess.
-        laid_onto: The plane that the ground's depth was laid onto; None where the depth is the
-            network's own. It is `ground_plane()` then.
+        laid_onto: The plane that the ground's depth was snapped to, which `ground_plane()` then
+            returns; None for the network's own depth.
     """
 
     maps: DecodedMaps
@@ -94,14 +94,14 @@ class GroundMaps:
 
     @property
     def visible_depth_m(self) -> Floats:
-        """float32 (h, w): metres along the optical axis to the surface seen (the paper's D)."""
+        """float32 (h, w): metres along the optical axis to the visible surface (the paper's D)."""
         return self._map("visible_depth_m")
 
     @property
     def unmasked_ground_depth_m(self) -> Floats:
         """float32 (h, w): metres along the optical axis to where ground would be (D*).
 
-        Equal to `ground_depth_m` where there is ground.
+        Equals `ground_depth_m` on ground.
         """
         return self._map("unmasked_ground_depth_m")
 
@@ -110,21 +110,21 @@ class GroundMaps:
         if values is None:
             kind, others = ("depths", "masks") if name.endswith("_m") else ("masks", "depths")
             raise MissingMapError(
-                f"{name} is not there: model {self.model.name!r} has no {kind}, it was converted "
-                f"with --outputs {others}; use one with all maps"
+                f"{name} is missing: model {self.model.name!r} has no {kind}, as it was converted "
+                f"with --outputs {others}; use a model with all maps"
             )
         return values
 
     def has(self, name: str) -> bool:
-        """Whether one of the four maps is there, by its name here."""
+        """Whether the model file has this map: one of the names in `MAPS`."""
         return name in MAPS and getattr(self.maps, name) is not None
 
     def with_maps(self, *, laid_onto: GroundPlane | None = None, **maps: Floats) -> Self:
         """The same prediction with some maps replaced.
 
         Args:
-            laid_onto: The plane that a replaced ground depth lies on, if it does.
-            **maps: New maps, float32 (h, w), by their names here.
+            laid_onto: The plane that the new ground depth lies on, if any.
+            **maps: New maps, float32 (h, w), by the names in `MAPS`.
         """
         if "unmasked_ground_depth_m" not in maps:
             laid_onto = self.laid_onto
@@ -157,10 +157,10 @@ class GroundMaps:
         return fit_ground_plane(self.unmasked_ground_depth_m, self.ground, self.intrinsics)
 
     def ground_plane(self) -> GroundPlane:
-        """The plane that the ground lies in, with the camera's height and pitch above it.
+        """The plane of the ground, with the camera's height and pitch above it.
 
         Raises:
-            GroundPlaneError: If there is too little ground to carry a plane.
+            GroundPlaneError: If there is too little ground to fit a plane.
         """
         return self._ground_plane
 
@@ -177,27 +177,27 @@ class GroundMaps:
 
     @property
     def rgb(self) -> Rgb:
-        """uint8 (H, W, 3), the upright picture; decoded at its own size when first read."""
+        """uint8 (H, W, 3), the upright picture at full size, decoded on first access."""
         return self.picture.rgb
 
     @property
     def name(self) -> str | None:
-        """File name of the picture, None where it has none."""
+        """File name of the picture, None if it has none."""
         return self.picture.name
 
     @property
     def path(self) -> Path | None:
-        """The picture's file, None where it was not read from one."""
+        """File of the picture, None if it was not read from a file."""
         return self.picture.path
 
     def at_image_size(self) -> Self:
-        """The same prediction with maps of the picture's own size."""
+        """The same prediction with maps at the picture's full size."""
         return self.at_size(self.image_size)
 
     def at_size(self, size: Size) -> Self:
-        """The same prediction with maps of another size.
+        """The same prediction with maps at another size.
 
-        Probabilities are interpolated before the threshold, depths as inverse depths.
+        Probabilities are interpolated before the threshold, depths as inverse depth.
 
         Args:
             size: (h, w) of the new maps.

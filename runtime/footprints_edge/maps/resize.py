@@ -1,4 +1,4 @@
-"""Maps at another size."""
+"""Resizing of maps."""
 
 import numpy as np
 from PIL import Image
@@ -7,14 +7,14 @@ from footprints_edge.foundation.types import Floats, Size
 
 
 def resize_map(values: Floats, size: Size) -> Floats:
-    """A map, float32 (h, w), at another size: bilinear, antialiased where it shrinks."""
+    """Resizes a map, float32 (h, w): bilinear, antialiased when it shrinks."""
     height, width = size
     image = Image.fromarray(values).resize((width, height), Image.Resampling.BILINEAR)
     return np.array(image)
 
 
 def resize_depth(depth_m: Floats, size: Size) -> Floats:
-    """A depth map, float32 (h, w), at another size, interpolated as inverse depth.
+    """Resizes a depth map, float32 (h, w), as inverse depth.
 
     Along a plane the inverse depth is affine in the pixel, so interpolation keeps planes flat.
     """

@@ -1,1 +1,1 @@
-"""Model files: which there are, and what they say about themselves."""
+"""Model files: their registry and their metadata."""

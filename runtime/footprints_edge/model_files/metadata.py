@@ -1,4 +1,4 @@
-"""What a model file says about itself, in the `metadata_props` of the ONNX file."""
+"""The metadata of a model file, stored in the `metadata_props` of the ONNX file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,12 +7,12 @@ from pathlib import Path
 from footprints_edge.errors import ModelError
 
 FORMAT_VERSION = "1"
-"""Version of the file contract: input `image`, output `maps`, and the keys below."""
+"""Version of the file contract: input `image`, output `maps`, and these keys."""
 
 PREFIX = "footprints."
 
 OUTPUTS = {"all": (0, 1, 2, 3), "masks": (0, 1), "depths": (2, 3)}
-"""Which of the four maps a file has, by what its metadata call them; most have all."""
+"""Channels in a file, by the value of its key `outputs`; most files have all four."""
 
 _KEYS = (
     "format",
@@ -35,17 +35,17 @@ class ModelMetadata:
     """The facts about a model that its user and the runtime need.
 
     Attributes:
-        name: What to call the model.
+        name: Name of the model.
         architecture: `edge` or `reference`.
         precision: `fp32`, `fp16` (weights only) or `int8`.
-        depth_range_m: Depths in metres of disparity 1 and 0: (nearest, farthest).
-        focal_px: Focal length, in pixels of the network's input, of the camera that the depths
-            are for; None where they are as trained and no camera corrects them. Key `camera`.
-        resize: Filter that makes the network's input, see `preprocessing.FILTERS`.
+        depth_range_m: Depths in metres at disparity 1 and 0: (nearest, farthest).
+        focal_px: Focal length of the camera that the depths are for, in pixels of the network's
+            input; None keeps the depths as trained, for any camera. Key `camera`.
+        resize: Filter that resizes pictures to the network's input, see `preprocessing.FILTERS`.
         licence: Licence of the weights.
         source_sha256: SHA-256 of the checkpoint that the file was converted from.
         producer: Program and version that wrote the file.
-        training: On what the weights were trained, in words.
+        training: Description of the training data.
         outputs: Key of `OUTPUTS`. Only files that lack maps state it.
         format: Version of the file contract.
     """
@@ -77,23 +77,23 @@ class ModelMetadata:
         """Reads what `to_props` wrote.
 
         Args:
-            props: The file's `metadata_props`; other programs' entries are ignored.
+            props: The file's `metadata_props`; entries of other programs are ignored.
             file: The model file, for the message.
 
         Raises:
-            ModelError: If keys are missing, the format is another one, or a value is unreadable.
+            ModelError: If keys are missing, the format differs, or a value is invalid.
         """
         values = {key: props[PREFIX + key] for key in _KEYS if PREFIX + key in props}
         missing = [key for key in _KEYS if key not in values]
         if len(missing) == len(_KEYS):
             raise ModelError(
                 f"{file} is an ONNX model, but not one of footprints-edge (it has no "
-                f"{PREFIX}* metadata); make one with: {_CONVERT}"
+                f"{PREFIX}* metadata); convert one with: {_CONVERT}"
             )
         if missing:
             raise ModelError(
                 f"{file} lacks the metadata {', '.join(PREFIX + key for key in missing)}; "
-                f"write it anew with: {_CONVERT}"
+                f"convert it again with: {_CONVERT}"
             )
         _check_format(values["format"], file)
         return cls(
@@ -109,9 +109,9 @@ def _check_format(version: str, file: Path | str) -> None:
         return
     newer = version.isdecimal() and int(version) > int(FORMAT_VERSION)
     advice = (
-        "upgrade with: pip install --upgrade footprints-edge"
+        "upgrade with: pip install --upgrade footprints-edge, or git pull in a checkout"
         if newer
-        else f"write the file anew with: {_CONVERT}"
+        else f"convert the model again with: {_CONVERT}"
     )
     raise ModelError(
         f"{file} has format {version!r}, this version of footprints-edge reads {FORMAT_VERSION!r}; "
@@ -127,7 +127,7 @@ def _depth_range_m(text: str, file: Path | str) -> tuple[float, float]:
     if not 0 < nearest_m < farthest_m < float("inf"):
         raise ModelError(
             f"{file}: {PREFIX}depth_range_m is {text!r}, expected metres as 'nearest,farthest' "
-            f"such as '0.1,100'; write the file anew with: {_CONVERT}"
+            f"such as '0.1,100'; convert the model again with: {_CONVERT}"
         )
     return nearest_m, farthest_m
 
@@ -136,7 +136,7 @@ def _outputs(text: str, file: Path | str) -> str:
     if text not in OUTPUTS:
         raise ModelError(
             f"{file}: {PREFIX}outputs is {text!r}, expected one of {', '.join(OUTPUTS)}; "
-            f"write the file anew with: {_CONVERT}"
+            f"convert the model again with: {_CONVERT}"
         )
     return text
 
@@ -150,7 +150,7 @@ def _focal_px(text: str, file: Path | str) -> float | None:
         focal_px = 0.0
     if not (text.startswith("focal_px=") and 0 < focal_px < float("inf")):
         raise ModelError(
-            f"{file}: {PREFIX}camera is {text!r}, expected 'none' or such as 'focal_px=400'; "
-            f"write the file anew with: {_CONVERT}"
+            f"{file}: {PREFIX}camera is {text!r}, expected 'none' or a value such as "
+            f"'focal_px=400'; convert the model again with: {_CONVERT}"
         )
     return focal_px

@@ -1,4 +1,4 @@
-"""Models by name: the files that come with the package, and their checksums."""
+"""The registry of bundled models: their names, files and checksums."""
 
 import json
 from collections.abc import Iterable
@@ -8,7 +8,7 @@ from pathlib import Path
 from footprints_edge.errors import ModelError
 
 DATA = Path(__file__).parent / "data"
-"""Where the bundled files and their manifest `models.json` lie."""
+"""Folder of the bundled files and their manifest `models.json`."""
 
 
 @dataclass(frozen=True)
@@ -16,13 +16,13 @@ class BundledModel:
     """A model that comes with the package, as the manifest describes it.
 
     Attributes:
-        name: What `load` calls it.
-        path: Its file.
-        sha256: What the file's bytes must hash to.
+        name: Name to pass to `load`.
+        path: The model file.
+        sha256: Expected SHA-256 of the file.
         bytes: Size of the file.
         licence: Licence of the weights.
-        description: One line on what it is for.
-        default: Whether `load()` means this one.
+        description: One line about its purpose.
+        default: Whether `load()` returns this model.
     """
 
     name: str
@@ -35,7 +35,7 @@ class BundledModel:
 
 
 def bundled_models() -> list[BundledModel]:
-    """All models of the package's manifest `models.json`; empty where there is no manifest.
+    """All models in the package's manifest `models.json`; empty without a manifest.
 
     Raises:
         ModelError: If the manifest is damaged.
@@ -62,7 +62,7 @@ def bundled_models() -> list[BundledModel]:
 
 
 def resolve(model: str | Path | None = None) -> Path:
-    """The file that a caller means.
+    """Finds the file of a model.
 
     Args:
         model: A registered name, a path, or None for the default model.
@@ -71,7 +71,7 @@ def resolve(model: str | Path | None = None) -> Path:
         Path of an existing file.
 
     Raises:
-        ModelError: If there is no such model; the message lists those there are.
+        ModelError: If there is no such model; the message lists the registered ones.
     """
     known = {entry.name: entry for entry in bundled_models()}
     if model is not None and str(model) not in known:
@@ -79,7 +79,7 @@ def resolve(model: str | Path | None = None) -> Path:
     entry = next((e for e in known.values() if e.name == model or (e.default and not model)), None)
     if entry is None:
         raise ModelError(
-            "this installation bundles no model; name a file: load('model.onnx'), or "
+            "this installation bundles no model; give a file: load('model.onnx'), or "
             "fp-infer --model model.onnx"
         )
     if not entry.path.is_file():
@@ -98,10 +98,10 @@ def _file(path: Path, known: Iterable[str]) -> Path:
 
 
 def check(path: Path, sha256: str) -> None:
-    """Holds a bundled file against the manifest; other files pass.
+    """Checks the hash of a bundled file; other files pass.
 
     Raises:
-        ModelError: If the file's hash is not the one that the manifest states.
+        ModelError: If the hash differs from the manifest.
     """
     for entry in bundled_models():
         if entry.path == path and entry.sha256 != sha256:

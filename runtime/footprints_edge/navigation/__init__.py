@@ -1,1 +1,1 @@
-"""What a robot does with the maps: ground plane, occupancy grid, paths."""
+"""Navigation on the maps: ground flattening, occupancy grids, path planning."""

@@ -1,4 +1,4 @@
-"""Ground depth laid onto the ground's plane, where it lies near to it."""
+"""Snapping of the ground's depth to the ground plane, where it lies close to it."""
 
 import numpy as np
 
@@ -6,15 +6,15 @@ from footprints_edge.errors import GroundPlaneError
 from footprints_edge.maps.ground_maps import MapsT
 
 FLAT = 0.15
-"""Where the median of |ln(depth / depth of the plane)| over the ground is less, it is flat."""
+"""The ground is flat if the median of |ln(depth / plane depth)| over its pixels is at most this."""
 
-_WHOLLY, _NOT_AT_ALL = 0.4, 0.8
-"""Up to the first, a pixel's |ln(depth / depth of the plane)| is taken for the network's error and
-the pixel laid onto the plane; from the second on, for another surface."""
+_SNAP_BELOW, _KEEP_ABOVE = 0.4, 0.8
+"""Bounds of a pixel's |ln(depth / plane depth)|. Up to the first, it counts as the network's error
+and the pixel moves onto the plane; from the second on, as another surface. In between, both mix."""
 
 
 def flatten(prediction: MapsT) -> MapsT:
-    """The same with ground depth on the plane; see `Prediction.flattened`."""
+    """The same prediction with ground depth on the plane; see `Prediction.flattened`."""
     if prediction.laid_onto is not None:
         return prediction
     if not all(map(prediction.has, ("ground_probability", "unmasked_ground_depth_m"))):
@@ -24,12 +24,13 @@ def flatten(prediction: MapsT) -> MapsT:
     except GroundPlaneError:
         return prediction
     inverse_depth = np.reciprocal(prediction.unmasked_ground_depth_m)
-    flat_inverse_depth = plane.inverse_depth(prediction.intrinsics, prediction.map_size)
-    below = flat_inverse_depth > np.float32(1e-4)
-    away = np.abs(np.log(np.where(below, flat_inverse_depth, 1) / inverse_depth))
-    away[~below] = np.inf
-    if np.median(away[prediction.ground]) > FLAT:
+    plane_inverse_depth = plane.inverse_depth(prediction.intrinsics, prediction.map_size)
+    below_horizon = plane_inverse_depth > np.float32(1e-4)
+    deviation = np.abs(np.log(np.where(below_horizon, plane_inverse_depth, 1) / inverse_depth))
+    deviation[~below_horizon] = np.inf
+    if np.median(deviation[prediction.ground]) > FLAT:
         return prediction
-    share = np.clip((_NOT_AT_ALL - away) * np.float32(1 / (_NOT_AT_ALL - _WHOLLY)), 0, 1)
-    mixed = inverse_depth + share * (flat_inverse_depth - inverse_depth)
+    scale = np.float32(1 / (_KEEP_ABOVE - _SNAP_BELOW))
+    weight = np.clip((_KEEP_ABOVE - deviation) * scale, 0, 1)
+    mixed = inverse_depth + weight * (plane_inverse_depth - inverse_depth)
     return prediction.with_maps(unmasked_ground_depth_m=np.reciprocal(mixed), laid_onto=plane)

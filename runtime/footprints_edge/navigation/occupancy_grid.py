@@ -1,4 +1,4 @@
-"""The ground seen from above: an occupancy grid in metres, and what a robot reads off it."""
+"""The ground in bird's-eye view: a metric occupancy grid, with queries and ROS map export."""
 
 import io
 import json
@@ -16,11 +16,11 @@ from footprints_edge.geometry.ground_plane import GroundPlane
 from footprints_edge.maps.ground_maps import GroundMaps
 
 UNKNOWN, OCCUPIED, VISIBLE, HIDDEN = 0, 1, 2, 3
-"""The values of a grid's cells: not known; no ground; free ground that is seen; free, hidden."""
+"""Cell values: unknown, not ground, visible ground, hidden ground."""
 
-_SEEN_BEHIND_M = 1.0
-"""Without ground, a cell is occupied up to so far behind what is seen, the
-depth of most furniture; farther on, as behind walls, nothing is known."""
+_OBSTACLE_DEPTH_M = 1.0
+"""A cell without ground counts as occupied up to this distance behind the visible surface, the
+depth of most furniture; farther on, such as behind walls, it is unknown."""
 
 _MAP_LEVELS = {UNKNOWN: 205, OCCUPIED: 0, VISIBLE: 254, HIDDEN: 254}  # ROS map_server's own
 
@@ -30,11 +30,11 @@ class OccupancyGrid:
     """An occupancy grid on the ground plane.
 
     Ground coordinates follow ROS REP-103: x forward, y left, metres, from the point below the
-    camera. Row r and column c of `cells` is the square around
+    camera. The cell at row r and column c is the square around
 
         x = (rows - r - 0.5) * cell_m,    y = (columns / 2 - c - 0.5) * cell_m
 
-    so that the camera is below the middle of the last row and looks up the grid.
+    so the camera is below the middle of the last row and looks towards the first row.
 
     Attributes:
         cells: uint8 (rows, columns): `UNKNOWN`, `OCCUPIED`, `VISIBLE` or `HIDDEN`.
@@ -53,17 +53,17 @@ class OccupancyGrid:
 
     @property
     def free(self) -> Mask:
-        """Bool (rows, columns): ground, seen or hidden."""
+        """Bool (rows, columns): ground, visible or hidden."""
         return self.cells >= VISIBLE
 
     @property
     def free_area_m2(self) -> float:
-        """Area of all free ground in square metres."""
+        """Area of all free cells in square metres."""
         return float(np.count_nonzero(self.free)) * self.cell_m**2
 
     @property
     def hidden_area_m2(self) -> float:
-        """The part of `free_area_m2` that something hides from the camera."""
+        """Area of the hidden free cells in square metres."""
         return float(np.count_nonzero(self.cells == HIDDEN)) * self.cell_m**2
 
     def nearest_obstacle_m(self, bearings_deg: NDArray[np.floating]) -> Floats:
@@ -73,8 +73,8 @@ class OccupancyGrid:
             bearings_deg: (B,), degrees from straight ahead, left positive (REP-103).
 
         Returns:
-            float32 (B,), metres from the point below the camera, to half a cell; infinite where no
-            cell of the grid is occupied.
+            float32 (B,), metres from the point below the camera, accurate to half a cell; infinite
+            in directions without an occupied cell.
         """
         rows, columns = self.cells.shape
         bearing = np.radians(np.asarray(bearings_deg, np.float64))
@@ -89,24 +89,24 @@ class OccupancyGrid:
         return np.where(hit.any(axis=1), first, np.inf).astype(np.float32)
 
     def map_png(self) -> bytes:
-        """The grid as a ROS map server's picture: grey 254 free, 0 occupied, 205 unknown.
+        """PNG for a ROS map server: grey 254 is free, 0 occupied, 205 unknown.
 
-        Left is +y and up is +x of the ground; a map server reads right as its x and up as its y,
-        so the picture is turned a quarter: right is forward, up is left.
+        In `cells`, up is +x and left is +y. A map server reads right as x and up as y, so the
+        picture is rotated by 90 degrees: right is forward, up is left.
         """
         levels = np.zeros(256, np.uint8)
         for value, level in _MAP_LEVELS.items():
             levels[value] = level
         buffer = io.BytesIO()
-        # rows run from far to near, columns from left to right: forward becomes right, left up
+        # rows run from far to near, columns from left to right
         Image.fromarray(np.ascontiguousarray(levels[self.cells][::-1].T)).save(buffer, "PNG")
         return buffer.getvalue()
 
     def map_yaml(self, image: str) -> bytes:
-        """The YAML that a ROS map server loads `map_png` with.
+        """YAML with which a ROS map server loads `map_png`.
 
         Args:
-            image: File name of the picture, beside the YAML.
+            image: File name of the PNG in the same folder.
         """
         lowest_y_m = -self.cells.shape[1] / 2 * self.cell_m
         lines = [
@@ -121,7 +121,7 @@ class OccupancyGrid:
         return ("\n".join(lines) + "\n").encode("utf-8")
 
     def save(self, yaml: str | Path) -> tuple[Path, Path]:
-        """Writes the map for a ROS map server: the YAML, and the PNG of the same name beside it.
+        """Writes a map for a ROS map server: the YAML, and a PNG of the same name beside it.
 
         Raises:
             OutputError: If they cannot be written.
@@ -142,7 +142,7 @@ def make_occupancy_grid(
     """The grid of a prediction; see `Prediction.top_down`."""
     if not (np.isfinite(range_m) and 0 < cell_m <= range_m <= 5000 * cell_m):
         raise ValueError(
-            f"cell_m is {cell_m}, range_m is {range_m}; give metres, both positive, "
+            f"cell_m is {cell_m}, range_m is {range_m}; give positive numbers of metres, with "
             "1 to 5000 cells in the range"
         )
     camera = prediction.intrinsics
@@ -153,27 +153,27 @@ def make_occupancy_grid(
     x, y = np.moveaxis(plane.to_pixels(places_m, camera), -1, 0)
     height, width = prediction.map_size
     with np.errstate(invalid="ignore"):
-        seen = (x >= -0.5) & (x < width - 0.5) & (y >= -0.5) & (y < height - 0.5)
-    seen &= np.hypot(places_m[..., 0], places_m[..., 1]) <= range_m
-    row, column = np.floor(y[seen] + 0.5).astype(int), np.floor(x[seen] + 0.5).astype(int)
+        in_view = (x >= -0.5) & (x < width - 0.5) & (y >= -0.5) & (y < height - 0.5)
+    in_view &= np.hypot(places_m[..., 0], places_m[..., 1]) <= range_m
+    row, column = np.floor(y[in_view] + 0.5).astype(int), np.floor(x[in_view] + 0.5).astype(int)
     surface = plane.to_ground(backproject(prediction.visible_depth_m, camera))
     surface_m = np.hypot(surface[..., 0], surface[..., 1])
-    behind_m = np.hypot(*places_m[seen].T) - surface_m[row, column]
-    values = np.where(behind_m <= _SEEN_BEHIND_M, OCCUPIED, UNKNOWN)
+    behind_m = np.hypot(*places_m[in_view].T) - surface_m[row, column]
+    values = np.where(behind_m <= _OBSTACLE_DEPTH_M, OCCUPIED, UNKNOWN)
     values[prediction.ground[row, column]] = VISIBLE
     values[prediction.hidden_ground[row, column]] = HIDDEN
     cells = np.full((rows, columns), UNKNOWN, np.uint8)
-    cells[seen] = values
+    cells[in_view] = values
     free = np.pad(cells >= VISIBLE, 1)
-    beside = np.zeros_like(seen)
+    near_free = np.zeros_like(in_view)
     for down, right in ((i, j) for i in range(3) for j in range(3)):
-        beside |= free[down : down + rows, right : right + columns]
-    cells[seen & beside & (cells < VISIBLE)] = OCCUPIED  # here something ends the free ground
+        near_free |= free[down : down + rows, right : right + columns]
+    cells[in_view & near_free & (cells < VISIBLE)] = OCCUPIED  # something ends the free ground here
     return OccupancyGrid(cells, cell_m, plane)
 
 
 def _centres_m(rows: int, cell_m: float) -> NDArray[np.float64]:
-    """Where the centres are, x and y, of so many rows of cells, and twice as many columns."""
+    """float64 (rows, 2 * rows, 2): x and y of the cells' centres."""
     places_m = np.empty((rows, 2 * rows, 2))
     places_m[..., 0] = (rows - np.arange(rows)[:, None] - 0.5) * cell_m
     places_m[..., 1] = (rows - np.arange(2 * rows) - 0.5) * cell_m

@@ -1,4 +1,4 @@
-"""Paths over the ground, also where it is hidden (the paper's "Use case: Path Planning")."""
+"""Path planning over visible and hidden ground (the paper's "Use case: Path Planning")."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.errors import NoPathError, OffGroundError, OutsideError, PlanningError
+from footprints_edge.foundation.install_hint import install_hint
 from footprints_edge.foundation.types import Mask
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.ground_plane import GroundPlane
@@ -17,21 +18,21 @@ Ground: TypeAlias = Literal["all", "visible"]
 Unit: TypeAlias = Literal["px", "m"]
 
 STEP_COST = 0.01
-"""Added to every pixel's cost: where probabilities round to 1, the shortest way wins."""
+"""Added to every pixel's cost: where probabilities round to 1, the shortest path wins."""
 
 
 @dataclass(frozen=True, eq=False)
 class GroundPath:
-    """A way over the ground, from start to goal.
+    """A path over the ground, from start to goal.
 
     Attributes:
         pixels: float64 (N, 2), x and y in pixels of the picture; (0, 0) is the centre of its top
-            left pixel. One row for each pixel of the maps that the path goes through.
-        places_m: float64 (N, 2), the same on the ground plane: x forward and y left, metres, from
-            the point below the camera.
-        hidden: bool (N,), whether something stands in front of the ground here.
-        cost: What the path costs: over its steps, the step's length in pixels of the maps times the
-            mean of `1 - s* + STEP_COST` at its two ends.
+            left pixel. One row for each pixel of the maps on the path.
+        places_m: float64 (N, 2), the same points on the ground plane: x forward and y left, metres,
+            from the point below the camera.
+        hidden: bool (N,), whether the ground is hidden behind something here.
+        cost: Sum over the steps: the step's length in pixels of the maps, times the mean of
+            `1 - s* + STEP_COST` at its two ends.
         length_m: Length on the ground plane, metres.
     """
 
@@ -43,7 +44,7 @@ class GroundPath:
 
     @property
     def passes_hidden_ground(self) -> bool:
-        """Whether any of it is behind something."""
+        """Whether any part of the path is hidden."""
         return bool(self.hidden.any())
 
 
@@ -56,7 +57,7 @@ def find_path(
     margin_m: float = 0.0,
     ground: Ground = "all",
 ) -> GroundPath:
-    """The cheapest path on the ground; see `Prediction.plan`."""
+    """Finds the cheapest path over the ground; see `Prediction.plan`."""
     if unit not in {"px", "m"}:
         raise PlanningError(f"unit is {unit!r}; give 'px' or 'm'")
     if ground not in {"all", "visible"}:
@@ -81,19 +82,20 @@ def find_path(
         if not walkable[pixel]:
             raise OffGroundError(
                 f"{where} is not on {'visible ' if ground == 'visible' else ''}ground (probability "
-                f"{probability[pixel]:.2f}, threshold {prediction.threshold:g}); choose another"
+                f"{probability[pixel]:.2f}, threshold {prediction.threshold:g}); choose another "
+                "point"
             )
         if not safe[pixel]:
             raise OffGroundError(
-                f"{where} is nearer than margin_m={margin_m:g} to an obstacle; "
-                "choose another, or a smaller margin"
+                f"{where} is closer than margin_m={margin_m:g} to an obstacle; "
+                "choose another point, or a smaller margin"
             )
     route, cost = cheapest_route(np.where(safe, 1 - probability + STEP_COST, -1), ends[0], ends[1])
     if route is None:
         raise NoPathError(
-            f"no way on {'visible ' if ground == 'visible' else ''}ground joins "
+            f"no path on {'visible ' if ground == 'visible' else ''}ground connects "
             f"{tuple(map(float, start))} and {tuple(map(float, goal))} {unit} "
-            f"with margin_m={margin_m:g}; try a smaller margin, a lower threshold, or other ends"
+            f"with margin_m={margin_m:g}; try a smaller margin, a lower threshold, or other points"
         )
     rows, columns = route.T
     map_px = np.stack([columns, rows], axis=1).astype(np.float64)
@@ -108,7 +110,7 @@ def find_path(
 
 
 def _maps_per_picture(prediction: GroundMaps) -> NDArray[np.float64]:
-    """Pixels of the maps for one of the picture, along x and y."""
+    """Scale from the picture's pixels to the maps' pixels, along x and y."""
     height, width = prediction.image_size
     rows, columns = prediction.map_size
     return np.array([columns / width, rows / height])
@@ -117,7 +119,7 @@ def _maps_per_picture(prediction: GroundMaps) -> NDArray[np.float64]:
 def _map_pixel(
     prediction: GroundMaps, plane: GroundPlane, point: Sequence[float], unit: Unit, name: str
 ) -> tuple[int, int]:
-    """The row and column of the maps that a start or goal falls on."""
+    """Row and column in the maps of a start or goal."""
     given = np.asarray(point, np.float64)
     if given.shape != (2,) or not np.isfinite(given).all():
         raise PlanningError(f"the {name} is {point!r}; give two finite numbers")
@@ -131,7 +133,7 @@ def _map_pixel(
         height, width = prediction.image_size
         raise OutsideError(
             f"the {name} {tuple(map(float, point))} {unit} is outside the picture of "
-            f"{width} x {height} px; choose one that the camera sees"
+            f"{width} x {height} px; choose a point in view"
         )
     return int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
 
@@ -139,10 +141,10 @@ def _map_pixel(
 def _near_obstacles(
     walkable: Mask, plane: GroundPlane, intrinsics: Intrinsics, margin_m: float
 ) -> Mask:
-    """Walkable pixels that are nearer than `margin_m` to an obstacle, on the ground plane.
+    """Bool (h, w): walkable pixels closer than `margin_m` to an obstacle, on the ground plane.
 
-    Obstacles begin on the edges between walkable pixels and others. What is beyond the picture's
-    border is no obstacle.
+    Obstacles begin at the edges between walkable and other pixels. The picture's border is not an
+    obstacle.
     """
     from scipy.spatial import cKDTree
 
@@ -152,21 +154,22 @@ def _near_obstacles(
     edges_m = edges_m[np.isfinite(edges_m).all(axis=1)]
     near = np.zeros_like(walkable)
     if len(edges_m):
-        rows, columns = np.nonzero(_perhaps_near(walkable, plane, intrinsics, margin_m))
+        candidates = _candidates_near_obstacles(walkable, plane, intrinsics, margin_m)
+        rows, columns = np.nonzero(candidates)
         places_m = plane.at_pixels(np.stack([columns, rows], axis=1), intrinsics)
-        known = np.isfinite(places_m).all(axis=1)
-        distance_m, _ = cKDTree(edges_m).query(places_m[known], distance_upper_bound=margin_m)
-        near[rows[known], columns[known]] = np.isfinite(distance_m)
+        valid = np.isfinite(places_m).all(axis=1)
+        distance_m, _ = cKDTree(edges_m).query(places_m[valid], distance_upper_bound=margin_m)
+        near[rows[valid], columns[valid]] = np.isfinite(distance_m)
     return near
 
 
-def _perhaps_near(
+def _candidates_near_obstacles(
     walkable: Mask, plane: GroundPlane, intrinsics: Intrinsics, margin_m: float
 ) -> Mask:
-    """Walkable pixels without those that are farther from all obstacles, by their pixels alone.
+    """Bool (h, w): walkable pixels that a cheap bound cannot place outside the margin.
 
-    Points of depth z that are m metres apart are at most f m (1 + t) / (z - m) pixels apart along
-    x or y, with t the larger slope of the ray: a bound that costs far less than the distance.
+    Points m metres apart at depth z are at most f m (1 + t) / (z - m) pixels apart along x or y,
+    where t is the larger slope of the ray. This bound is far cheaper than the distance in metres.
     """
     from scipy.ndimage import distance_transform_cdt
 
@@ -177,39 +180,41 @@ def _perhaps_near(
     focal_px = max(intrinsics.fx, intrinsics.fy)
     inverse_depth = plane.inverse_depth(intrinsics, (height, width))
     # f m (1 + t) / (z - m) with z = 1 / inverse_depth; half a pixel to the edge, half for rounding
-    away_px = distance_transform_cdt(walkable, "chessboard") - 1
-    far = away_px * (1 - margin_m * inverse_depth) > focal_px * margin_m * inverse_depth * (
+    distance_px = distance_transform_cdt(walkable, "chessboard") - 1
+    far = distance_px * (1 - margin_m * inverse_depth) > focal_px * margin_m * inverse_depth * (
         1 + slope
     )
-    perhaps: Mask = walkable & ~(far & (inverse_depth > 0))
-    return perhaps
+    candidates: Mask = walkable & ~(far & (inverse_depth > 0))
+    return candidates
 
 
 def require_graph_search() -> None:
-    """Says what to install where planning's libraries are missing.
+    """Checks that the libraries for planning are installed.
 
     Raises:
-        PlanningError: If they are.
+        PlanningError: If one is missing; the message says how to install it.
     """
     try:
         import scipy.spatial  # noqa: F401
         import skimage.graph  # noqa: F401
     except ModuleNotFoundError as error:
         raise PlanningError(
-            f"planning needs the package {error.name}; install it with: "
-            "pip install 'footprints-edge[plan]'"
+            f"planning needs the package {error.name}; {install_hint('plan')}"
         ) from None
 
 
 def cheapest_route(
     costs: NDArray[np.floating], start: tuple[int, int], goal: tuple[int, int]
 ) -> tuple[NDArray[np.intp] | None, float]:
-    """The (N, 2) rows and columns of the cheapest path, and its cost; None where there is none.
+    """Finds the cheapest path through a grid of costs.
 
     Args:
         costs: (h, w), negative where no path may go.
         start: Row and column.
         goal: Row and column.
+
+    Returns:
+        Rows and columns of the path, (N, 2), and its cost; None and infinity if there is no path.
     """
     from skimage.graph import MCP_Geometric
 

@@ -1,1 +1,1 @@
-"""Predictions as files."""
+"""Output files of a prediction."""

@@ -1,4 +1,4 @@
-"""The facts of a prediction that fit in a few lines: what the `json` output holds."""
+"""The summary of a prediction, which is the content of the `json` output."""
 
 from typing import Any
 
@@ -12,9 +12,9 @@ from footprints_edge.maps.ground_maps import GroundMaps
 def summarise(prediction: GroundMaps) -> dict[str, Any]:
     """Sizes, ground fractions and distances, camera, model and timings, ready for JSON.
 
-    Sizes are (height, width) in pixels, fractions are of the picture's area, distances in metres
-    along the optical axis, and null where there is no ground, or no map of it in the model file.
-    `ground_plane` is the plane that the ground's depth was laid onto, null where it was not.
+    Sizes are (height, width) in pixels, fractions refer to the picture's area, and distances are in
+    metres along the optical axis. A value is null if there is no ground, or if the model file lacks
+    its map. `ground_plane` is the plane that the ground's depth was snapped to, null if it was not.
     """
     image_size, map_size = prediction.image_size, prediction.map_size
     camera = prediction.intrinsics.scaled(map_size, image_size)

@@ -1,4 +1,4 @@
-"""Points in metres, as a PLY file that any viewer opens."""
+"""Metric point clouds as PLY files."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ from footprints_edge.inputs.preprocessing import enough_for, preprocess
 from footprints_edge.maps.ground_maps import GroundMaps
 
 HIDDEN_GROUND_RGB = (255, 0, 200)
-"""Magenta, which photos hardly have: hidden ground has no colour of its own to show."""
+"""Magenta, which is rare in photos: the true colour of hidden ground is unknown."""
 
 _PROPERTIES = (
     ("x", "float", "<f4"),
@@ -24,11 +24,11 @@ _VERTEX = np.dtype([(name, dtype) for name, _, dtype in _PROPERTIES])
 
 
 def encode_ply(prediction: GroundMaps) -> bytes:
-    """Everything seen, in the photo's colours, and the ground hidden behind it.
+    """Encodes all visible surfaces, in the photo's colours, and the hidden ground.
 
     Binary little-endian PLY in camera axes: x right, y down, z forward, metres. Property `layer`
-    is 0 for what is seen and 1 for hidden ground (`HIDDEN_GROUND_RGB`). One point a pixel of the
-    maps and layer.
+    is 0 for visible surfaces and 1 for hidden ground (`HIDDEN_GROUND_RGB`). There is one point per
+    pixel of the maps and layer.
     """
     seen = backproject(prediction.visible_depth_m, prediction.intrinsics)
     colours = preprocess(

@@ -1,4 +1,4 @@
-"""Predictions as files: which formats there are, what the files are called, and safe writing."""
+"""Output formats: encoders, file names and atomic writing."""
 
 import io
 import json
@@ -16,10 +16,10 @@ from footprints_edge.foundation.types import Floats, Mask
 from footprints_edge.maps.ground_maps import GroundMaps
 
 NAMELESS = "image"
-"""What the outputs of a picture without a file name are named after."""
+"""Name of the outputs of a picture without a file name."""
 
 FARTHEST_MM = 65535
-"""A depth PNG's largest value: 65.535 m or more. 0 stands for none."""
+"""Largest value of a depth PNG: 65.535 m or more. 0 means no depth."""
 
 _MAP_PNG = ".topdown.png"
 
@@ -34,25 +34,25 @@ def save(
     name: str | None = None,
     overwrite: bool = False,
 ) -> list[Path]:
-    """Writes a prediction's files; see `Prediction.save`.
+    """Writes the files of a prediction; see `Prediction.save`.
 
-    Each file appears whole or not at all: it is written beside its place and then renamed.
+    Each file is written atomically: it appears whole or not at all.
     """
     stem = name or prediction.name or NAMELESS
     targets = output_paths(folder, stem, formats)
     refuse_overwriting(targets, {prediction.path.resolve()} if prediction.path else set())
-    in_the_way = [] if overwrite else [path for path in targets if path.exists()]
-    if in_the_way:
+    existing = [] if overwrite else [path for path in targets if path.exists()]
+    if existing:
         raise OutputError(
-            f"{', '.join(map(str, in_the_way))}: already there; nothing was written. "
-            "Pass overwrite=True, or another folder or name"
+            f"existing results: {', '.join(map(str, existing))}; nothing was written; "
+            "pass overwrite=True, or another folder or name"
         )
     write(prediction, targets)
     return list(targets)
 
 
 def write(prediction: GroundMaps, targets: Mapping[Path, Encoder]) -> None:
-    """Writes the given files of a prediction, replacing what is there.
+    """Writes the given files of a prediction and replaces existing ones.
 
     Raises:
         OutputError: If a folder or a file cannot be written.
@@ -66,12 +66,12 @@ def write(prediction: GroundMaps, targets: Mapping[Path, Encoder]) -> None:
 
 
 def output_paths(folder: Path, name: str, formats: Iterable[str]) -> Mapping[Path, Encoder]:
-    """The files that `formats` make, in order, and what encodes each.
+    """The output files of `formats`, in order, with their encoders.
 
-    The picture's whole name stays in front, so that `a.jpg` and `a.png` never collide.
+    File names begin with the picture's full name, so `a.jpg` and `a.png` never collide.
 
     Raises:
-        OutputError: If a format is unknown, none is given, or the name is a path.
+        OutputError: If a format is unknown, no format is given, or the name is a path.
     """
     wanted = list(dict.fromkeys([formats] if isinstance(formats, str) else formats))
     unknown = [key for key in wanted if key not in FORMATS]
@@ -81,7 +81,7 @@ def output_paths(folder: Path, name: str, formats: Iterable[str]) -> Mapping[Pat
             f"choose from {', '.join(FORMATS)}"
         )
     if Path(name).name != name:
-        raise OutputError(f"the name {name!r} is a path; give the folder apart from the name")
+        raise OutputError(f"the name {name!r} is a path; give the folder separately")
     files = (item for wanted_format in wanted for item in FORMATS[wanted_format].items())
     return {
         folder / (name + suffix): encode
@@ -92,7 +92,7 @@ def output_paths(folder: Path, name: str, formats: Iterable[str]) -> Mapping[Pat
 
 
 def refuse_overwriting(targets: Iterable[Path], pictures: Set[Path]) -> None:
-    """Holds outputs against the pictures that they are made from, given as resolved paths.
+    """Checks that no output replaces an input picture; `pictures` are resolved paths.
 
     Raises:
         OutputError: If an output is one of the pictures.
@@ -109,7 +109,7 @@ def _overlay(prediction: GroundMaps) -> bytes:
 
 
 def _npz(prediction: GroundMaps) -> bytes:
-    """What a model file without masks, or without depths, lacks is left out."""
+    """Maps that the model file lacks are left out."""
     camera = prediction.intrinsics
     buffer = io.BytesIO()
     names = ["visible_depth_m"] if prediction.has("visible_depth_m") else []
@@ -153,16 +153,16 @@ def _map_png(prediction: GroundMaps) -> bytes:
 
 
 def _map_yaml(prediction: GroundMaps, image: str = NAMELESS + _MAP_PNG) -> bytes:
-    """The YAML names the picture beside it."""
+    """The YAML refers to the picture beside it."""
     from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
 
     return make_occupancy_grid(prediction).map_yaml(image)
 
 
 def _depth_png(depth_m: Floats) -> bytes:
-    """uint16 millimetres; 0 where there is no depth, so nothing nearer than 1 mm."""
-    known = np.isfinite(depth_m)
-    millimetres = np.clip(np.rint(1000 * np.where(known, depth_m, 0)), known, FARTHEST_MM)
+    """uint16 millimetres; 0 means no depth, so depths are at least 1 mm."""
+    valid = np.isfinite(depth_m)
+    millimetres = np.clip(np.rint(1000 * np.where(valid, depth_m, 0)), valid, FARTHEST_MM)
     return encode_png(Image.fromarray(millimetres.astype(np.uint16)))
 
 
@@ -186,7 +186,7 @@ FORMATS: Mapping[str, Mapping[str, Encoder]] = {
     "topdown": {_MAP_PNG: _map_png, ".topdown.yaml": _map_yaml},
     "topdown_picture": {".topdown_picture.png": _top_down_picture},
 }
-"""Each format's files: what is added to the picture's name, and what encodes it."""
+"""The files of each format: the suffix of the picture's name, and the encoder."""
 
 OUTPUT_ENDINGS = tuple(suffix for files in FORMATS.values() for suffix in files)
-"""Endings of the files that `FORMATS` make, which are no pictures to read."""
+"""Suffixes of our own outputs, which are never read as input pictures."""

@@ -1,1 +1,1 @@
-"""Videos, cameras and pipes: frames in, smoothed maps out."""
+"""Videos, cameras and pipes: capture, smoothing, overlays and output files."""

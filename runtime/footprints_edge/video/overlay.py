@@ -1,4 +1,4 @@
-"""The overlay of a video: what `overlay` draws, in the few milliseconds that a frame has."""
+"""The overlay of videos: a fast version of `drawing.overlay`, a few milliseconds per frame."""
 
 import numpy as np
 
@@ -18,17 +18,17 @@ from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.maps.ground_maps import GroundMaps
 
 _STRIPE, _SHADE = 0.9, 0.5
-"""Opacity of a stripe, and the light that the picture keeps between stripes."""
+"""Opacity of a stripe, and brightness of the picture between stripes."""
 
 
 class VideoOverlay:
-    """Draws predictions of frames; keeps what is the same in all of them."""
+    """Draws predictions of frames; caches everything that frames share."""
 
     def __init__(self, *, bev: bool = False) -> None:
-        """Chooses what is drawn.
+        """Prepares the drawing.
 
         Args:
-            bev: Whether a bird's-eye view stands beside each frame.
+            bev: Whether to add a bird's-eye view beside each frame.
 
         Raises:
             VideoError: If OpenCV is missing.
@@ -42,10 +42,10 @@ class VideoOverlay:
         self._colours = np.ascontiguousarray(colour_scale()[:, None, ::-1])
 
     def draw(self, prediction: GroundMaps) -> Rgb:
-        """The frame with visible ground tinted, hidden ground hatched, and a legend below.
+        """Draws a frame: visible ground tinted, hidden ground hatched, and a legend below.
 
         Returns:
-            uint8 (H, W, 3) in OpenCV's order blue, green, red; both sides are even.
+            uint8 (H, W, 3), BGR as in OpenCV; both sides are even.
         """
         cv2 = self._cv2
         size = prediction.image_size
@@ -60,7 +60,7 @@ class VideoOverlay:
                 prediction.ground_probability,
             )
         )
-        # One channel is enlarged and coloured, not three.
+        # Resize one channel and colour it, instead of resizing three.
         position = scale_position(prediction.unmasked_ground_depth_m).astype(np.uint8)
         tint = cv2.applyColorMap(cv2.resize(position, **at_size), self._colours)
         grey = cv2.cvtColor(cv2.cvtColor(photo, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
@@ -95,13 +95,13 @@ class VideoOverlay:
         self._canvas[height:rows, : legend.shape[1]] = legend
 
     def _composed(self, drawn: Rgb, prediction: GroundMaps) -> Rgb:
-        """The drawn frame with the legend below and the panel beside it."""
+        """Adds the legend below the drawn frame, and the bird's-eye view beside it."""
         height, width = drawn.shape[:2]
         canvas = self._canvas.copy()
         left = (max(width, LEGEND_PX) - width) // 2
         canvas[:height, left : left + width] = drawn
         if self._bev:
-            panel = np.asarray(draw_bev(prediction, self._rows))[..., ::-1]
+            bev = np.asarray(draw_bev(prediction, self._rows))[..., ::-1]
             columns = max(width, LEGEND_PX)
-            canvas[: self._rows, columns : columns + panel.shape[1]] = panel
+            canvas[: self._rows, columns : columns + bev.shape[1]] = bev
         return canvas

@@ -1,4 +1,4 @@
-"""Decoding, inference and output of a video at the same time, in bounded memory."""
+"""A video pipeline: decoding, inference and output run concurrently, in bounded memory."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -11,36 +11,36 @@ from typing import Generic, Protocol
 from footprints_edge.errors import FootprintsError, VideoError
 from footprints_edge.foundation.types import Rgb
 from footprints_edge.maps.ground_maps import GroundMaps, MapsT
-from footprints_edge.video.capture import Frame, Video
+from footprints_edge.video.capture import Video, VideoFrame
 
-WAITING = 2
-"""Frames that may wait between two stages."""
+QUEUE_SIZE = 2
+"""Maximum number of frames that wait between two stages."""
 
-_LOOK_UP_S = 0.1
-"""A stage that waits looks so often whether the others have stopped."""
+_POLL_S = 0.1
+"""Interval at which a waiting stage checks whether the others have stopped."""
 
 
 class Sink(Protocol):
-    """Something that takes frames with their predictions, in order."""
+    """Receives frames with their predictions, in order."""
 
-    def write(self, frame: Frame, prediction: GroundMaps) -> None:
-        """Takes one."""
+    def write(self, frame: VideoFrame, prediction: GroundMaps) -> None:
+        """Writes one frame."""
 
     def close(self) -> None:
-        """Ends it; called once, whatever happened."""
+        """Finishes the output; called once, even after an error."""
 
 
 @dataclass
-class Tally:
-    """What became of a video.
+class VideoStats:
+    """Counts and timing of a processed video.
 
     Attributes:
-        frames: How many were predicted.
-        dropped: How many of a live source came too fast, and were left out.
-        broken: How many could not be decoded or predicted.
-        reason: Why the first of these could not.
-        seconds: How long it took.
-        interrupted: Whether Ctrl-C ended it.
+        frames: Number of predicted frames.
+        dropped: Number of frames that a live source delivered too fast and that were skipped.
+        broken: Number of frames that could not be decoded or predicted.
+        reason: Why the first broken frame failed.
+        seconds: Elapsed time.
+        interrupted: Whether Ctrl-C ended the video.
     """
 
     frames: int = 0
@@ -52,7 +52,7 @@ class Tally:
 
     @property
     def fps(self) -> float:
-        """Frames a second, from the first to the last."""
+        """Frames per second, from the first to the last."""
         return self.frames / self.seconds if self.seconds > 0 else 0.0
 
 
@@ -60,73 +60,73 @@ def run_pipeline(
     video: Video,
     predict: Callable[[Rgb], MapsT],
     sinks: Sequence[Sink],
-    progress: Callable[[Tally], None] = lambda _: None,
+    progress: Callable[[VideoStats], None] = lambda _: None,
     *,
     at_once: int = 1,
     then: Callable[[MapsT], MapsT] | None = None,
-) -> Tally:
-    """Predicts every frame of a video and hands it to the sinks.
+) -> VideoStats:
+    """Predicts every frame of a video and passes it to the sinks.
 
-    One thread decodes, some predict, another feeds the sinks; at most `WAITING` frames wait before
-    and after the prediction. Where the others are slower, a file waits; a live source goes on, and
-    the oldest frame that waits makes room. A frame that is broken is counted. Ctrl-C ends the video
-    as its end does, with all that was begun.
+    One thread decodes, `at_once` threads predict, and one feeds the sinks. At most `QUEUE_SIZE`
+    frames wait before and after the prediction. If a later stage is slower, a file waits, while a
+    live source drops its oldest waiting frame. Broken frames are counted and skipped. Ctrl-C ends
+    the video early: frames in progress are still written.
 
     Args:
-        video: To read; closed at the end.
-        predict: Makes the prediction of a frame; called from `at_once` threads.
-        sinks: Closed at the end, whatever happens.
-        progress: Told after every frame.
-        at_once: Frames that are predicted at the same time. Two frames on one thread each take
-            less time than one after the other on two.
-        then: Takes each prediction in the order of the frames, in this thread, and gives the one
-            for the sinks.
+        video: The video to read; closed at the end.
+        predict: Predicts a frame; called from `at_once` threads.
+        sinks: The outputs; closed at the end, even after an error.
+        progress: Callback after every frame.
+        at_once: Number of frames to predict in parallel. Two frames on one thread each are faster
+            than one after the other on two threads.
+        then: Transforms each prediction before the sinks get it; called in this thread, in the
+            order of the frames.
 
     Raises:
-        FootprintsError: If the source or a sink fails; the sinks are closed before.
+        FootprintsError: If the source or a sink fails; the sinks are closed first.
         OSError: Likewise.
     """
-    tally = Tally()
-    began_s = perf_counter()
-    decoder = _Decoder(video, tally)
+    stats = VideoStats()
+    start_s = perf_counter()
+    decoder = _Decoder(video, stats)
     predictors: _Predictors[MapsT] = _Predictors(decoder, predict, at_once)
     writer = _Writer(sinks)
 
-    def take(frame: Frame, coming: Future[MapsT] | None) -> None:
+    def finish(frame: VideoFrame, future: Future[MapsT] | None) -> None:
         try:
-            if coming is None:
+            if future is None:
                 raise VideoError("cannot be decoded")
-            prediction = coming.result()
+            prediction = future.result()
             if then is not None:
                 prediction = then(prediction)
         except FootprintsError as error:
-            tally.broken += 1
-            tally.reason = tally.reason or f"frame {frame.index}: {error}"
+            stats.broken += 1
+            stats.reason = stats.reason or f"frame {frame.index}: {error}"
             return
-        writer.give(frame, prediction)
-        tally.frames += 1
-        tally.seconds = perf_counter() - began_s
-        progress(tally)
+        writer.write(frame, prediction)
+        stats.frames += 1
+        stats.seconds = perf_counter() - start_s
+        progress(stats)
 
     for stage in (decoder, predictors, writer):
         stage.start()
     try:
         while not writer.failed and (item := predictors.next()) is not None:
-            take(*item)
+            finish(*item)
     except KeyboardInterrupt:
-        tally.interrupted = True
+        stats.interrupted = True
         predictors.stop()
         while (item := predictors.next()) is not None:
-            take(*item)
+            finish(*item)
     finally:
         predictors.end()
         decoder.end()
         writer.end()
-    tally.seconds = perf_counter() - began_s
-    for failed in (writer.error, predictors.error, decoder.error):
-        if failed is not None:
-            raise failed
-    return tally
+    stats.seconds = perf_counter() - start_s
+    for error in (writer.error, predictors.error, decoder.error):
+        if error is not None:
+            raise error
+    return stats
 
 
 class _Stage(Thread):
@@ -140,7 +140,7 @@ class _Stage(Thread):
     def run(self) -> None:
         try:
             self.work()
-        except Exception as error:  # handed to the caller, in its own thread
+        except Exception as error:  # raised by `run_pipeline`, in the caller's thread
             self.error = error
         finally:
             self.stopped.set()
@@ -150,27 +150,27 @@ class _Stage(Thread):
 
 
 class _Decoder(_Stage):
-    def __init__(self, video: Video, tally: Tally) -> None:
+    def __init__(self, video: Video, stats: VideoStats) -> None:
         super().__init__()
-        self._video, self._tally = video, tally
-        self._queue: Queue[Frame] = Queue(WAITING)
-        self._enough = Event()
+        self._video, self._stats = video, stats
+        self._queue: Queue[VideoFrame] = Queue(QUEUE_SIZE)
+        self._stop_requested = Event()
 
     def work(self) -> None:
         frames = self._video.frames
         try:
             for frame in frames:
                 self._offer(frame)
-                if self._enough.is_set():
+                if self._stop_requested.is_set():
                     break
         finally:
             if close := getattr(frames, "close", None):
                 close()
 
-    def _offer(self, frame: Frame) -> None:
-        while not self._enough.is_set():
+    def _offer(self, frame: VideoFrame) -> None:
+        while not self._stop_requested.is_set():
             try:
-                self._queue.put(frame, timeout=0 if self._video.live else _LOOK_UP_S)
+                self._queue.put(frame, timeout=0 if self._video.live else _POLL_S)
                 return
             except Full:
                 if self._video.live:
@@ -179,54 +179,54 @@ class _Decoder(_Stage):
     def _drop_oldest(self) -> None:
         try:
             self._queue.get_nowait()
-            self._tally.dropped += 1
-        except Empty:  # it was just taken
+            self._stats.dropped += 1
+        except Empty:  # it has just been taken
             pass
 
-    def next(self) -> Frame | None:
-        """The next frame; None after the last one, and when no more are wanted."""
-        while not self._enough.is_set():
+    def next(self) -> VideoFrame | None:
+        """The next frame; None after the last one, or after `stop`."""
+        while not self._stop_requested.is_set():
             ended = self.stopped.is_set()
             try:
-                return self._queue.get(timeout=0 if ended else _LOOK_UP_S)
+                return self._queue.get(timeout=0 if ended else _POLL_S)
             except Empty:
                 if ended:
                     return None
         return None
 
     def stop(self) -> None:
-        self._enough.set()
+        self._stop_requested.set()
 
     def end(self) -> None:
         self.stop()
-        self.join(timeout=10)  # a dead stream may hold it longer: the outputs come first
+        self.join(timeout=10)  # a dead stream may block longer; do not delay the outputs
 
 
 class _Predictors(_Stage, Generic[MapsT]):
-    """Hands each frame to a free thread as soon as there is one; gives the results in order."""
+    """Passes each frame to the next free thread; returns the results in order."""
 
     def __init__(self, decoder: _Decoder, predict: Callable[[Rgb], MapsT], at_once: int) -> None:
         super().__init__()
         self._decoder, self._predict = decoder, predict
         self._pool = ThreadPoolExecutor(at_once, thread_name_prefix="predict")
         self._free = Semaphore(at_once)
-        self._underway: Queue[tuple[Frame, Future[MapsT] | None] | None] = Queue()
+        self._pending: Queue[tuple[VideoFrame, Future[MapsT] | None] | None] = Queue()
 
     def work(self) -> None:
         try:
             while self._free.acquire() and (frame := self._decoder.next()) is not None:
                 rgb = frame.rgb
-                coming = None if rgb is None else self._pool.submit(self._predict, rgb)
-                self._underway.put((frame, coming))
+                future = None if rgb is None else self._pool.submit(self._predict, rgb)
+                self._pending.put((frame, future))
         finally:
-            self._underway.put(None)
+            self._pending.put(None)
 
-    def next(self) -> tuple[Frame, Future[MapsT] | None] | None:
-        """The next frame, when it is predicted; None after the last one.
+    def next(self) -> tuple[VideoFrame, Future[MapsT] | None] | None:
+        """Waits for the prediction of the next frame; None after the last one.
 
         A frame that could not be decoded has no prediction.
         """
-        item = self._underway.get()
+        item = self._pending.get()
         if item is not None:
             if item[1] is not None:
                 wait([item[1]])
@@ -247,7 +247,7 @@ class _Writer(_Stage):
     def __init__(self, sinks: Sequence[Sink]) -> None:
         super().__init__()
         self._sinks = sinks
-        self._queue: Queue[tuple[Frame, GroundMaps] | None] = Queue(WAITING)
+        self._queue: Queue[tuple[VideoFrame, GroundMaps] | None] = Queue(QUEUE_SIZE)
 
     @property
     def failed(self) -> bool:
@@ -262,18 +262,18 @@ class _Writer(_Stage):
             for sink in self._sinks:
                 sink.close()
 
-    def give(self, frame: Frame, prediction: GroundMaps) -> None:
+    def write(self, frame: VideoFrame, prediction: GroundMaps) -> None:
         self._put((frame, prediction))
 
     def end(self) -> None:
-        """Ends when all that was given is written."""
+        """Waits until everything is written."""
         self._put(None)
         self.join()
 
-    def _put(self, item: tuple[Frame, GroundMaps] | None) -> None:
+    def _put(self, item: tuple[VideoFrame, GroundMaps] | None) -> None:
         while not self.stopped.is_set():
             try:
-                self._queue.put(item, timeout=_LOOK_UP_S)
+                self._queue.put(item, timeout=_POLL_S)
                 return
             except Full:
                 pass

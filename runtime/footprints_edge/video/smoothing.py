@@ -1,4 +1,4 @@
-"""Steady maps in a video: each frame's are mixed with those before, moved as the camera moved."""
+"""Temporal smoothing: each frame's maps are blended with the motion-compensated previous ones."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,63 +14,63 @@ from footprints_edge.maps.ground_maps import GroundMaps, MapsT
 from footprints_edge.video.ground_motion import GroundMotion
 
 MEMORY = 0.75
-"""How much of a pixel's value comes from the frames before: `fp-bench steadiness` gains little
-from more, and edges that move begin to lag."""
+"""Weight of the previous frames in a pixel's value. More hardly reduces flicker (`fp-bench
+flicker`), and moving edges begin to lag."""
 
-_LEAST_GROUND = 300
-"""Pixels of ground that its motion is read off; with fewer, ground moves as what is seen."""
+_MIN_GROUND_PX = 300
+"""Ground pixels needed to estimate its motion; with fewer, the ground moves by optical flow."""
 
 _SAMPLES = 600
-_OFF_PX = 1.0
-"""A pixel of the ground that moved so much differently did not move as the ground."""
+_RANSAC_PX = 1.0
+"""Reprojection error above which a ground pixel is an outlier of the ground's motion."""
 
 _NEAREST_M = 0.05
-_CHANGED = 20.0
-"""Where the grey levels differ by more after alignment, something else is seen now: no memory."""
+_CHANGED_LEVELS = 20.0
+"""Grey level difference after alignment above which the surface has changed: no smoothing."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Memory:
-    """The frame before: its grey picture, and its steady maps."""
+class _PreviousFrame:
+    """The grey picture and the smoothed maps of the previous frame."""
 
     grey: NDArray[np.uint8]
     prediction: GroundMaps
 
 
 class Tracker:
-    """Keeps the maps of a video steady. It has a state: one object a video, frames in order."""
+    """Smooths the maps of a video over time. It is stateful: use one per video, frames in order."""
 
     def __init__(self) -> None:
-        """Begins without a memory.
+        """Starts without a previous frame.
 
         Raises:
             VideoError: If OpenCV is missing.
         """
         self._cv2 = opencv()
         self._flow = self._cv2.DISOpticalFlow_create(self._cv2.DISOPTICAL_FLOW_PRESET_FAST)
-        self._before: _Memory | None = None
+        self._previous: _PreviousFrame | None = None
 
     def update(self, prediction: MapsT) -> MapsT:
-        """The steady version of the next frame's prediction.
+        """Smooths the prediction of the next frame.
 
-        What is seen moves by optical flow, the ground by its plane's homography, which flow on
-        visible ground gives; both depths change with the way that the camera went. A pixel that
-        nothing of the last frame moves to, or where the picture has changed, is as the network
-        says.
+        Visible surfaces move by optical flow. The ground moves by its plane's homography, which is
+        fitted to the flow on visible ground. Both depths follow the camera's motion. A pixel keeps
+        the network's values if nothing in the previous frame maps to it, or if the picture has
+        changed there.
 
         Args:
-            prediction: Of the next frame, as `Model.predict` made it.
+            prediction: The prediction of the next frame, from `Model.predict`.
 
         Returns:
-            The same prediction with other probabilities and depths. After a cut, or a change of
-            size, it is the given one.
+            The prediction with smoothed probabilities and depths. After a cut, or a change of
+            size, its values are the given ones.
         """
         grey = self._grey(prediction)
-        steady = prediction
-        if self._before is not None and self._before.grey.shape == grey.shape:
-            steady = self._mixed(prediction, grey, self._before)
-        self._before = _Memory(grey, steady)
-        return steady
+        smoothed = prediction
+        if self._previous is not None and self._previous.grey.shape == grey.shape:
+            smoothed = self._smooth(prediction, grey, self._previous)
+        self._previous = _PreviousFrame(grey, smoothed)
+        return smoothed
 
     def _grey(self, prediction: GroundMaps) -> NDArray[np.uint8]:
         height, width = prediction.map_size
@@ -80,62 +80,63 @@ class Tracker:
         grey: NDArray[np.uint8] = self._cv2.cvtColor(small, self._cv2.COLOR_RGB2GRAY)
         return grey
 
-    def _mixed(self, now: MapsT, grey: NDArray[np.uint8], before: _Memory) -> MapsT:
-        then = before.prediction
-        flow = self._flow.calc(grey, before.grey, None)
+    def _smooth(self, now: MapsT, grey: NDArray[np.uint8], previous: _PreviousFrame) -> MapsT:
+        before = previous.prediction
+        flow = self._flow.calc(grey, previous.grey, None)
         height, width = grey.shape
-        seen_at = flow + np.dstack(np.meshgrid(np.arange(width), np.arange(height)))
-        seen_at = seen_at.astype(np.float32)
-        change = np.abs(self._moved(before.grey, seen_at) - grey)
-        change = np.nan_to_num(change, nan=255)  # a running mean would carry NaN on
-        alike = self._cv2.blur(change, (5, 5)) < _CHANGED
-        motion = self._ground_motion(now, flow, alike)
+        flow_xy = flow + np.dstack(np.meshgrid(np.arange(width), np.arange(height)))
+        flow_xy = flow_xy.astype(np.float32)
+        change = np.abs(self._warp(previous.grey, flow_xy) - grey)
+        change = np.nan_to_num(change, nan=255)  # a moving mean would spread NaN
+        unchanged = self._cv2.blur(change, (5, 5)) < _CHANGED_LEVELS
+        motion = self._ground_motion(now, flow, unchanged)
         if motion is None:
-            ground_at, farther, ground_alike = seen_at, np.ones(grey.shape, np.float32), alike
+            ground_xy, depth_ratio = flow_xy, np.ones(grey.shape, np.float32)
+            ground_unchanged = unchanged
         else:
-            ground_at, farther = motion.before((height, width))
-            ground_alike = np.ones_like(alike)  # what hides the ground does not change it
+            ground_xy, depth_ratio = motion.before((height, width))
+            ground_unchanged = np.ones_like(unchanged)  # an occluder does not change the ground
         return now.with_maps(
-            visible_ground_probability=_mixed(
+            visible_ground_probability=_blend(
                 now.visible_ground_probability,
-                self._moved(then.visible_ground_probability, seen_at),
-                alike,
+                self._warp(before.visible_ground_probability, flow_xy),
+                unchanged,
             ),
-            ground_probability=_mixed(
+            ground_probability=_blend(
                 now.ground_probability,
-                self._moved(then.ground_probability, ground_at),
-                ground_alike,
+                self._warp(before.ground_probability, ground_xy),
+                ground_unchanged,
             ),
-            visible_depth_m=_mixed_depth(
+            visible_depth_m=_blend_depth(
                 now.visible_depth_m,
-                _depth_now(self._moved(then.visible_depth_m, seen_at), motion, now),
-                alike,
+                _depth_now(self._warp(before.visible_depth_m, flow_xy), motion, now),
+                unchanged,
             ),
-            unmasked_ground_depth_m=_mixed_depth(
+            unmasked_ground_depth_m=_blend_depth(
                 now.unmasked_ground_depth_m,
-                self._moved(then.unmasked_ground_depth_m, ground_at) / farther,
-                ground_alike,
+                self._warp(before.unmasked_ground_depth_m, ground_xy) / depth_ratio,
+                ground_unchanged,
             ),
         )
 
-    def _moved(self, values: NDArray[Any], at: Floats) -> Floats:
-        """The values that were where `at` (h, w, 2) says; NaN from beyond the border."""
-        found: Floats = self._cv2.remap(
-            values.astype(np.float32), at, None, self._cv2.INTER_LINEAR, borderValue=np.nan
+    def _warp(self, values: NDArray[Any], previous_xy: Floats) -> Floats:
+        """Samples previous values at pixels (h, w, 2); NaN outside the picture."""
+        warped: Floats = self._cv2.remap(
+            values.astype(np.float32), previous_xy, None, self._cv2.INTER_LINEAR, borderValue=np.nan
         )
-        return found
+        return warped
 
-    def _ground_motion(self, now: GroundMaps, flow: Floats, alike: Mask) -> GroundMotion | None:
-        """How the ground moved, as its visible part shows; None where there is too little."""
+    def _ground_motion(self, now: GroundMaps, flow: Floats, unchanged: Mask) -> GroundMotion | None:
+        """Fits the ground's motion to the flow on visible ground; None if there is too little."""
         cv2 = self._cv2
-        there = np.flatnonzero(now.visible_ground & alike)
-        if len(there) < _LEAST_GROUND:
+        samples = np.flatnonzero(now.visible_ground & unchanged)
+        if len(samples) < _MIN_GROUND_PX:
             return None
-        there = there[:: max(1, len(there) // _SAMPLES)]
-        columns, rows = there % flow.shape[1], there // flow.shape[1]
+        samples = samples[:: max(1, len(samples) // _SAMPLES)]
+        columns, rows = samples % flow.shape[1], samples // flow.shape[1]
         pixels = np.stack([columns, rows], axis=1).astype(np.float32)
         homography, inliers = cv2.findHomography(
-            pixels, pixels + flow[rows, columns], cv2.RANSAC, _OFF_PX
+            pixels, pixels + flow[rows, columns], cv2.RANSAC, _RANSAC_PX
         )
         if homography is None or inliers.mean() < 0.5:
             return None
@@ -143,22 +144,22 @@ class Tracker:
 
 
 def _depth_now(depth_before_m: Floats, motion: GroundMotion | None, now: GroundMaps) -> Floats:
-    """What was seen before, as far away as it is now; NaN where nobody knows."""
+    """Converts previous depths to the current camera; all NaN without motion or ground plane."""
     if motion is not None:
         with suppress(GroundPlaneError):
             return motion.now_from_before(depth_before_m, now.ground_plane())
     return np.full_like(depth_before_m, np.nan)
 
 
-def _mixed(now: Floats, then: Floats, where: Mask) -> Floats:
-    """A map with the memory in it, where there is one."""
-    mixed: Floats = np.where(
-        where & np.isfinite(then), now + np.float32(MEMORY) * (then - now), now
+def _blend(now: Floats, before: Floats, where: Mask) -> Floats:
+    """Blends a map with the previous one, where that is valid."""
+    blended: Floats = np.where(
+        where & np.isfinite(before), now + np.float32(MEMORY) * (before - now), now
     )
-    return mixed
+    return blended
 
 
-def _mixed_depth(now_m: Floats, then_m: Floats, where: Mask) -> Floats:
-    """The same of depths, by their inverse, in which planes are flat."""
-    then_m = np.where(then_m > _NEAREST_M, then_m, np.float32(np.nan))
-    return np.reciprocal(_mixed(np.reciprocal(now_m), np.reciprocal(then_m), where))
+def _blend_depth(now_m: Floats, before_m: Floats, where: Mask) -> Floats:
+    """Blends depths as inverse depth, in which planes are affine."""
+    before_m = np.where(before_m > _NEAREST_M, before_m, np.float32(np.nan))
+    return np.reciprocal(_blend(np.reciprocal(now_m), np.reciprocal(before_m), where))

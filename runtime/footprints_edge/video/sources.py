@@ -1,4 +1,4 @@
-"""What names a video: a file's suffix, a stream's address, or a camera's number."""
+"""Names of videos: file suffixes, stream addresses and camera numbers."""
 
 from pathlib import Path
 

@@ -13,7 +13,7 @@ from footprints_edge_bench.ground_truth.datasets import (
     open_dataset,
     open_datasets,
 )
-from footprints_edge_models.data.datasets import load_datasets
+from footprints_edge_models.data.mixture import load_datasets
 
 ALL = Subset()
 

@@ -17,14 +17,14 @@ from footprints_edge_bench.navigation.occupancy import (
     valid_cells,
 )
 from footprints_edge_models.scenes.assets.materials import Palette
-from footprints_edge_models.scenes.assets.textures import TextureLibrary
-from footprints_edge_models.scenes.ground_truth.truth import (
+from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
+from footprints_edge_models.scenes.ground_truth.pixels import (
     GROUND_ANYWHERE,
     VISIBLE_GROUND,
-    truth_of,
+    SceneGroundTruth,
+    trace_ground_truth,
 )
-from footprints_edge_models.scenes.ground_truth.truth import Truth as SceneTruth
-from footprints_edge_models.scenes.layout.rooms import draw_rooms
+from footprints_edge_models.scenes.layout.rooms.interior import draw_rooms
 from footprints_edge_models.scenes.rendering.cameras import Camera, choose_camera
 from footprints_edge_models.scenes.rendering.geometry import GROUND, Geometry, geometry_of
 from footprints_edge_models.scenes.rendering.raycast import Triangles
@@ -36,7 +36,7 @@ SIZE = (256, 448)
 class Room:
     geometry: Geometry
     camera: Camera
-    truth: SceneTruth
+    truth: SceneGroundTruth
 
 
 def judged(made):
@@ -93,7 +93,7 @@ def rooms():
         geometry = geometry_of(scene)
         solids, outlines = Triangles(geometry.corners), Triangles(geometry.outlines)
         camera = choose_camera(scene, geometry, SIZE, rng, solids, outlines)
-        made.append(Room(geometry, camera, truth_of(camera, geometry, solids, outlines)))
+        made.append(Room(geometry, camera, trace_ground_truth(camera, geometry, solids, outlines)))
     return made
 
 

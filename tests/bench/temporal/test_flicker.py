@@ -22,12 +22,12 @@ SIZE = (120, 160)
 @pytest.fixture
 def views(camera, pose, floor_of):
     """Two views of the floor z = 0; the second is 0.3 m farther along and turned a little."""
-    from footprints_edge_models.mapping.floor_map import Frame
+    from footprints_edge_models.mapping.floor_map import DepthFrame
 
     made = []
     for place in (pose(25.0), pose(27.0, 2.0, 0.1, 0.3)):
         depth_m = floor_of(place)[1]
-        measured = Frame(depth_m.astype(np.float32), camera, place)
+        measured = DepthFrame(depth_m.astype(np.float32), camera, place)
         made.append(_View(measured, depth_m, SimpleNamespace(size=SIZE)))
     return made
 

@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge_models.data import augmentation as views
-from footprints_edge_models.data.augmentation import covering_camera, render
+from footprints_edge_models.data import augmentation
+from footprints_edge_models.data.augmentation import draw_virtual_camera, render_view
 from footprints_edge_models.networks.edge import FOCAL_PX
-from footprints_edge_models.sample import NO, TAKEN, UNKNOWN, UNSEEN, YES, Sample
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES, Sample
 
 SIZE = (90, 160)
 CAMERA = Intrinsics(150.0, 170.0, 83.0, 41.0)
-LABELS = np.array([NO, YES, UNSEEN, UNKNOWN, TAKEN], np.uint8)
+LABELS = np.array([NO, YES, UNSEEN, UNKNOWN, FOOTPRINT], np.uint8)
 
 seeds = st.integers(0, 2**32 - 1)
 view_sizes = st.sampled_from([(64, 96), (96, 64), (64, 64), (128, 224)])
@@ -38,7 +38,7 @@ def plane_sample(normal, offset_m, rng):
     rows, columns = np.mgrid[: SIZE[0], : SIZE[1]]
     image = np.stack([rows, columns, rows + columns], -1).astype(np.uint8)
     visible = LABELS[blocks]
-    visible[(visible == UNSEEN) | (visible == TAKEN)] = NO
+    visible[(visible == UNSEEN) | (visible == FOOTPRINT)] = NO
     return Sample(
         "plane",
         image,
@@ -72,8 +72,8 @@ def unflipped(array, view):
 def test_back_projected_depths_lie_on_the_sample_s_own_plane(seed, size, tilt, offset_m):
     normal = np.array([*tilt, 1.0]) / np.linalg.norm([*tilt, 1.0])
     sample = plane_sample(normal, offset_m, np.random.default_rng(1))
-    camera = covering_camera(sample, size, np.random.default_rng(seed))
-    view = render(sample, size, np.random.default_rng(seed))
+    camera = draw_virtual_camera(sample, size, np.random.default_rng(seed))
+    view = render_view(sample, size, np.random.default_rng(seed))
     # The nearest source pixel is up to half a pixel off along both axes; halves of floats add
     # 2^-11. How fast the depth of this plane changes is known.
     slope = np.abs(tilt).sum() / 150 / (own_rays(CAMERA, SIZE) @ normal).min()
@@ -91,8 +91,8 @@ def test_back_projected_depths_lie_on_the_sample_s_own_plane(seed, size, tilt, o
 @given(seed=seeds, size=view_sizes)
 def test_labels_move_with_their_pixels(seed, size):
     sample = plane_sample(np.array([0, 0, 1.0]), 3.0, np.random.default_rng(seed % 7))
-    camera = covering_camera(sample, size, np.random.default_rng(seed))
-    view = render(sample, size, np.random.default_rng(seed))
+    camera = draw_virtual_camera(sample, size, np.random.default_rng(seed))
+    view = render_view(sample, size, np.random.default_rng(seed))
     u, v = source_coordinates(camera, size)
     # A sixteenth of a pixel around the ties is OpenCV's to decide.
     sure = (np.abs(u % 1 - 0.5) > 0.07) & (np.abs(v % 1 - 0.5) > 0.07)
@@ -103,10 +103,10 @@ def test_labels_move_with_their_pixels(seed, size):
     ground[inside] = sample.ground[rows[inside], columns[inside]]
     for found, expected in (
         (view.visible_ground, visible == YES),
-        (view.visible_ground_known, visible != UNKNOWN),
+        (view.visible_ground_valid, visible != UNKNOWN),
         (view.ground, ground == YES),
-        (view.untraversable, (ground == NO) + 3.0 * (ground == TAKEN)),
-        (view.prior, 0.25 * (ground == UNSEEN)),
+        (view.untraversable, (ground == NO) + 3.0 * (ground == FOOTPRINT)),
+        (view.unknown_weight, 0.25 * (ground == UNSEEN)),
     ):
         np.testing.assert_array_equal(unflipped(found, camera)[sure], expected[sure])
     assert not view.moving.any()
@@ -116,7 +116,7 @@ def test_moving_objects_move_with_their_pixels():
     sample = plane_sample(np.array([0, 0, 1.0]), 3.0, np.random.default_rng(0))
     sample = replace(sample, moving=(sample.ground == YES).astype(np.uint8))
     for seed in range(5):
-        view = render(sample, (96, 160), np.random.default_rng(seed))
+        view = render_view(sample, (96, 160), np.random.default_rng(seed))
         assert view.moving.any()
         np.testing.assert_array_equal(view.moving, view.ground)
 
@@ -125,10 +125,10 @@ def test_moving_objects_move_with_their_pixels():
 @given(seed=seeds, size=view_sizes)
 def test_the_picture_moves_with_the_same_pixels(seed, size):
     sample = plane_sample(np.array([0, 0, 1.0]), 3.0, np.random.default_rng(0))
-    camera = covering_camera(sample, size, np.random.default_rng(seed))
+    camera = draw_virtual_camera(sample, size, np.random.default_rng(seed))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(views, "jitter", lambda image, _: image)
-        image = render(sample, size, np.random.default_rng(seed)).image
+        patch.setattr(augmentation, "jitter_colours", lambda image, _: image)
+        image = render_view(sample, size, np.random.default_rng(seed)).image
     u, v = source_coordinates(camera, size)
     inside = (u >= 0) & (v >= 0) & (u <= SIZE[1] - 1) & (v <= SIZE[0] - 1)
     # The sample's colours are its rows, its columns and their sum: bilinear sampling is exact.
@@ -155,21 +155,21 @@ def seen_by(view, camera, size):
 )
 def test_without_a_generator_the_view_is_the_largest_central_one(size, seen):
     camera = Intrinsics.assumed(SIZE)
-    view = covering_camera(blank_sample(camera), size, None)
+    view = draw_virtual_camera(blank_sample(camera), size, None)
     assert not view.flip
     assert seen_by(view, camera, size) == pytest.approx(seen, abs=1)
 
 
 def test_without_a_generator_the_view_is_always_the_same():
     sample = plane_sample(np.array([0, 0, 1.0]), 3.0, np.random.default_rng(0))
-    first, second = render(sample, (96, 96)), render(sample, (96, 96))
-    for name in views.View.__dataclass_fields__:
+    first, second = render_view(sample, (96, 96)), render_view(sample, (96, 96))
+    for name in augmentation.VirtualView.__dataclass_fields__:
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
 
 
 def test_the_same_seed_gives_the_same_view_and_another_one_another():
     sample = plane_sample(np.array([0, 0, 1.0]), 3.0, np.random.default_rng(0))
-    images = [render(sample, (64, 96), np.random.default_rng(s)).image for s in (5, 5, 6)]
+    images = [render_view(sample, (64, 96), np.random.default_rng(s)).image for s in (5, 5, 6)]
     np.testing.assert_array_equal(images[0], images[1])
     assert (images[0] != images[2]).any()
 
@@ -189,13 +189,13 @@ class NoRoll(np.random.Generator):
 @settings(max_examples=60)
 @given(seed=seeds, size=view_sizes)
 def test_without_roll_little_of_a_view_lies_outside_the_picture(camera, seed, size):
-    view = render(blank_sample(camera), size, NoRoll(np.random.PCG64(seed)))
-    assert view.visible_ground_known.mean() > 0.75
+    view = render_view(blank_sample(camera), size, NoRoll(np.random.PCG64(seed)))
+    assert view.visible_ground_valid.mean() > 0.75
 
 
 def test_a_sample_without_depths_has_none_in_its_view():
     sample = blank_sample(CAMERA)
-    view = render(sample, (64, 96), np.random.default_rng(0))
+    view = render_view(sample, (64, 96), np.random.default_rng(0))
     assert not view.visible_depth_m.any()
     assert not view.ground_depth_m.any()
 
@@ -204,7 +204,7 @@ def test_jitter_changes_colours_and_keeps_the_picture():
     rng = np.random.default_rng(0)
     image = np.zeros((40, 60, 3), np.uint8)
     image[:, 30:] = (200, 150, 100)
-    changed = [views.jitter(image, rng) for _ in range(20)]
+    changed = [augmentation.jitter_colours(image, rng) for _ in range(20)]
     assert any((picture != image).any() for picture in changed)
     for picture in changed:
         assert picture.shape == image.shape

@@ -1,4 +1,4 @@
-"""Things pasted on real ground: two made-up street photos whose truth is known."""
+"""Copy-paste augmentation on two made-up street photos with exact ground truth."""
 
 import numpy as np
 import pytest
@@ -6,18 +6,18 @@ import pytest
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.data.copy_paste import (
     CAMERA_HEIGHT_M,
-    Composites,
-    Kind,
+    CopyPastePhotos,
+    CutoutClass,
     LabelledPhoto,
     cut_out,
-    set_down,
+    paste,
 )
-from footprints_edge_models.sample import NO, TAKEN, UNKNOWN, YES, Sample
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, YES, Sample
 
 SIZE = (200, 300)
 HORIZON = 80
 ROAD, SKY, PERSON, CAR = 0, 6, 2, 3
-KINDS = (Kind(PERSON, 0.4, 0.8), Kind(CAR, 1.6, 5.0))
+KINDS = (CutoutClass(PERSON, 0.4, 0.8), CutoutClass(CAR, 1.6, 5.0))
 
 
 def street(*things):
@@ -63,7 +63,7 @@ def test_parts_specks_and_floating_things_are_left(thing, why):
 def composed(walker):
     empty = street()
     for seed in range(20):
-        result = set_down(empty, walker, [PERSON, CAR], np.random.default_rng(seed))
+        result = paste(empty, walker, [PERSON, CAR], np.random.default_rng(seed))
         if result is not None:
             return empty, result
     raise AssertionError("never found room on an empty road")
@@ -90,7 +90,7 @@ def test_what_it_covers_is_hidden_ground_and_its_feet_are_a_footprint(composed):
         )
     on_road = thing & (rows >= HORIZON)
     ground = result.sample.ground
-    assert (ground[on_road & (behind_m < 0.3)] == TAKEN).all()
+    assert (ground[on_road & (behind_m < 0.3)] == FOOTPRINT).all()
     assert (ground[on_road & (behind_m > 1.0)] == YES).all()
     assert (ground[on_road & (behind_m > 1.0)] == YES).sum() > 50
     assert (ground[thing & (rows < HORIZON)] == NO).all()  # the sky stays what it was
@@ -121,17 +121,17 @@ def test_the_photo_is_changed_around_the_thing_only_and_never_in_place(composed)
 def test_nothing_is_set_down_behind_a_nearer_thing(walker):
     crowded = street((CAR, 90, 200, 0, 300))
     for seed in range(20):
-        assert set_down(crowded, walker, [PERSON, CAR], np.random.default_rng(seed)) is None
+        assert paste(crowded, walker, [PERSON, CAR], np.random.default_rng(seed)) is None
 
 
 def test_an_index_is_always_the_same_picture():
     photos = [street((PERSON, 60, 140, 100, 125)), street((CAR, 90, 150, 150, 230)), street()]
-    first, second = Composites(photos, KINDS, seed=1), Composites(photos, KINDS, seed=1)
+    first, second = CopyPastePhotos(photos, KINDS, seed=1), CopyPastePhotos(photos, KINDS, seed=1)
     assert len(first) == 3
     for index in (2, 0, 1):
         np.testing.assert_array_equal(first[index].image, second[index].image)
         np.testing.assert_array_equal(first[index].ground, second[index].ground)
-    other = Composites(photos, KINDS, seed=2)
+    other = CopyPastePhotos(photos, KINDS, seed=2)
     assert any((other[i].image != first[i].image).any() for i in range(3))
     assert len(list(first)) == 3
-    assert len(Composites([street()], KINDS, seed=0)) == 0
+    assert len(CopyPastePhotos([street()], KINDS, seed=0)) == 0

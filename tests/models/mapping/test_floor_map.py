@@ -9,7 +9,7 @@ from footprints_edge_models.mapping.floor_map import (
     NEVER_SEEN,
     OCCUPIED,
     OVERHUNG,
-    Frame,
+    DepthFrame,
     build_floor_map,
     fit_floor,
 )
@@ -28,7 +28,7 @@ def frames_of(pose):
 
     def frames(scene, eyes=EYES):
         poses = [pose(eye, (0, 0, 0.2)) for eye in eyes]
-        return [Frame(scene.depth_m(p, CAMERA, SIZE), CAMERA, p) for p in poses]
+        return [DepthFrame(scene.depth_m(p, CAMERA, SIZE), CAMERA, p) for p in poses]
 
     return frames
 
@@ -133,7 +133,9 @@ def test_floor_within_a_solid_thing_is_noise(scene, box, frames_of):
     points, depth_m = floor_points(frames[0])
     strip = within(points, box((-0.04, -0.3, 0), (0.0, 0.3, 0))) & (depth_m > 0)
     frames += [
-        Frame(np.where(strip, depth_m, 0).astype(np.float32), CAMERA, frames[0].camera_to_world)
+        DepthFrame(
+            np.where(strip, depth_m, 0).astype(np.float32), CAMERA, frames[0].camera_to_world
+        )
     ] * 9
     cells, _ = build_floor_map(frames, FLOOR).project(frames[0])
     assert strip.any()
@@ -143,7 +145,7 @@ def test_floor_within_a_solid_thing_is_noise(scene, box, frames_of):
 def test_no_floor_above_the_horizon(scene, frames_of, pose):
     level = pose((0, 0, 1.5), (1, 0, 1.5))
     floor_map = build_floor_map(frames_of(scene()), FLOOR)
-    cells, depth_m = floor_map.project(Frame(np.zeros(SIZE, np.float32), CAMERA, level))
+    cells, depth_m = floor_map.project(DepthFrame(np.zeros(SIZE, np.float32), CAMERA, level))
     assert not depth_m[: SIZE[0] // 2].any()
     assert not cells[: SIZE[0] // 2].any()
     bottom = 1.5 * CAMERA.fy / (SIZE[0] - 1 - CAMERA.cy)
@@ -157,7 +159,7 @@ def test_a_tilted_floor_is_found(scene, box, frames_of, tilt_deg, noise_m):
     crate = box((-0.4, -0.3, 0), (0.4, 0.3, 0.6))
     frames = frames_of(scene((crate,)))
     frames = [
-        Frame(
+        DepthFrame(
             np.where(
                 (f.depth_m > 0) & (f.depth_m < 5),
                 f.depth_m + rng.normal(0, noise_m, SIZE),
@@ -179,7 +181,7 @@ def test_a_tilted_floor_is_found(scene, box, frames_of, tilt_deg, noise_m):
 def test_a_table_top_is_not_the_floor(scene, box, frames_of):
     frames = frames_of(scene((box((-1, -1, 0.7), (1, 1, 0.75)),)))
     near = [
-        Frame(np.where(f.depth_m < 6, f.depth_m, 0), f.intrinsics, f.camera_to_world)
+        DepthFrame(np.where(f.depth_m < 6, f.depth_m, 0), f.intrinsics, f.camera_to_world)
         for f in frames
     ]
     assert fit_floor(near, UP).offset_m == pytest.approx(0, abs=0.01)

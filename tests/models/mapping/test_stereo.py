@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge_models.mapping.floor_map import Frame
+from footprints_edge_models.mapping.floor_map import DepthFrame
 from footprints_edge_models.mapping.stereo import fit_road, stereo_depth_m
 
 SIZE = (180, 600)
@@ -65,7 +65,7 @@ def test_the_road_is_found_below_cars_and_noise(pitch_deg, roll_deg, noise_m):
     depth_m = street(normal, 1.65)
     depth_m += (depth_m > 0) * rng.normal(0, noise_m, SIZE).astype(np.float32)
     depth_m[80:140, 200:330] = 9  # a car's back
-    plane = fit_road(Frame(depth_m, CAMERA, IDENTITY))
+    plane = fit_road(DepthFrame(depth_m, CAMERA, IDENTITY))
     assert plane is not None
     assert np.degrees(np.arccos(min(1, plane.normal @ normal))) < 0.5
     assert plane.offset_m == pytest.approx(-1.65, abs=0.03)
@@ -73,7 +73,7 @@ def test_the_road_is_found_below_cars_and_noise(pitch_deg, roll_deg, noise_m):
 
 def test_the_same_frame_gives_the_same_plane():
     depth_m = street(tilted(1, 1), 1.65) + np.random.default_rng(0).normal(0, 0.03, SIZE)
-    frame = Frame(depth_m.astype(np.float32), CAMERA, IDENTITY)
+    frame = DepthFrame(depth_m.astype(np.float32), CAMERA, IDENTITY)
     first, second = fit_road(frame), fit_road(frame)
     np.testing.assert_array_equal(first.normal, second.normal)
     assert first.offset_m == second.offset_m
@@ -82,19 +82,19 @@ def test_the_same_frame_gives_the_same_plane():
 def test_no_road_in_noise():
     depth_m = np.random.default_rng(0).uniform(1, 25, SIZE).astype(np.float32)
     camera = Intrinsics(60.0, 60.0, 299.5, 89.5)  # wide, so that noise fills a large volume
-    assert fit_road(Frame(depth_m, camera, IDENTITY)) is None
+    assert fit_road(DepthFrame(depth_m, camera, IDENTITY)) is None
 
 
 def test_no_road_on_a_wall():
-    assert fit_road(Frame(np.full(SIZE, 4, np.float32), CAMERA, IDENTITY)) is None
+    assert fit_road(DepthFrame(np.full(SIZE, 4, np.float32), CAMERA, IDENTITY)) is None
 
 
 def test_no_road_on_a_steep_ramp():
-    assert fit_road(Frame(street(tilted(25, 0), 1.65), CAMERA, IDENTITY)) is None
+    assert fit_road(DepthFrame(street(tilted(25, 0), 1.65), CAMERA, IDENTITY)) is None
 
 
 def test_no_road_without_depth():
-    assert fit_road(Frame(np.zeros(SIZE, np.float32), CAMERA, IDENTITY)) is None
+    assert fit_road(DepthFrame(np.zeros(SIZE, np.float32), CAMERA, IDENTITY)) is None
 
 
 def test_a_ceiling_is_no_road():
@@ -102,4 +102,4 @@ def test_a_ceiling_is_no_road():
     camera = Intrinsics(350.0, 350.0, 299.5, 400.0)
     rows = np.arange(SIZE[0])[:, None] * np.ones(SIZE[1])
     depth_m = (2.0 * camera.fy / (camera.cy - rows)).astype(np.float32)
-    assert fit_road(Frame(depth_m, camera, IDENTITY)) is None
+    assert fit_road(DepthFrame(depth_m, camera, IDENTITY)) is None

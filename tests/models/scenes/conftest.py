@@ -5,9 +5,9 @@ import pytest
 
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.scenes.assets.materials import Material
-from footprints_edge_models.scenes.assets.textures import TextureKey, TextureLibrary
+from footprints_edge_models.scenes.assets.textures.library import TextureKey, TextureLibrary
 from footprints_edge_models.scenes.assets.things import Patch, rectangle
-from footprints_edge_models.scenes.ground_truth.truth import truth_of
+from footprints_edge_models.scenes.ground_truth.pixels import trace_ground_truth
 from footprints_edge_models.scenes.layout.scene import Scene, Sky, Standpoint
 from footprints_edge_models.scenes.rendering.cameras import Camera, looking
 from footprints_edge_models.scenes.rendering.geometry import geometry_of
@@ -61,7 +61,9 @@ def camera():
 def truth_for():
     def compute(scene, camera):
         geometry = geometry_of(scene)
-        return truth_of(camera, geometry, Triangles(geometry.corners), Triangles(geometry.outlines))
+        return trace_ground_truth(
+            camera, geometry, Triangles(geometry.corners), Triangles(geometry.outlines)
+        )
 
     return compute
 

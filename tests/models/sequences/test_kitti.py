@@ -8,9 +8,11 @@ import pytest
 from PIL import Image
 
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge_models.data.datasets import DatasetError, load_datasets
+from footprints_edge_models.data.errors import DatasetError
+from footprints_edge_models.data.mixture import load_datasets
+from footprints_edge_models.data.readers.published_kitti import read_kitti_training
 from footprints_edge_models.sample import NO, UNSEEN, YES
-from footprints_edge_models.sequences.kitti import Disparity, read_kitti_raw, read_kitti_training
+from footprints_edge_models.sequences.kitti import Disparity, read_kitti_raw
 from footprints_edge_models.sequences.layouts import read_sequence
 from footprints_edge_models.sequences.npy_files import NpyFile
 from footprints_edge_models.sequences.sequence import InTime, SequenceError, StereoPair

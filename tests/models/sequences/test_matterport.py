@@ -5,9 +5,10 @@ import pytest
 from PIL import Image
 
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge_models.data.readers.published_matterport import read_matterport_training
 from footprints_edge_models.sample import NO, UNSEEN, YES
 from footprints_edge_models.sequences.layouts import read_sequence
-from footprints_edge_models.sequences.matterport import read_matterport, read_matterport_training
+from footprints_edge_models.sequences.matterport import read_matterport
 from footprints_edge_models.sequences.sequence import InSpace, SequenceError
 from footprints_edge_models.video_labels.labeller import Labeller, LabelSettings
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import torch
 
-from footprints_edge_models.training.losses import Targets, losses, multiscale_losses
+from footprints_edge_models.data.targets import Targets
+from footprints_edge_models.training.losses import losses, multiscale_losses
 
 SCALES = ("1/1", "1/2", "1/4", "1/8")
 NAMES = {
@@ -52,10 +53,10 @@ def published_targets(inputs, prior):
     ones = torch.ones_like(inputs["target_depth"])
     return Targets(
         visible_ground=inputs["target_visible_ground"],
-        visible_ground_known=ones,
+        visible_ground_valid=ones,
         ground=inputs["target_all_ground"],
         untraversable=inputs["target_depth_mask"],
-        prior=prior * ones,
+        unknown_weight=prior * ones,
         moving=inputs["target_moving_object_mask"],
         visible_depth_m=inputs["target_depth"],
         ground_depth_m=inputs["target_ground_depth"],
@@ -88,7 +89,7 @@ def test_only_known_pixels_get_a_gradient():
     known[0, 2:4, 3:6] = 1
     raw = torch.rand(1, 4, 6, 8, requires_grad=True)
     targets = with_targets(
-        1, 6, 8, visible_ground_known=known, untraversable=known, ground_depth_m=7 * known
+        1, 6, 8, visible_ground_valid=known, untraversable=known, ground_depth_m=7 * known
     )
     losses(raw, targets)["loss"].backward()
     touched = raw.grad[0] != 0
@@ -103,10 +104,10 @@ def test_cross_entropy_of_a_known_visible_pixel_over_all_pixels():
     logits = torch.tensor([[math.log(3), 5.0], [5.0, 5.0]])
     walkable = losses(
         raw_with(0, logits),
-        with_targets(1, 2, 2, visible_ground=known, visible_ground_known=known),
+        with_targets(1, 2, 2, visible_ground=known, visible_ground_valid=known),
     )
     assert walkable["visible_ground"].item() == pytest.approx(-math.log(0.75) / 4, abs=1e-6)
-    not_walkable = losses(raw_with(0, logits), with_targets(1, 2, 2, visible_ground_known=known))
+    not_walkable = losses(raw_with(0, logits), with_targets(1, 2, 2, visible_ground_valid=known))
     assert not_walkable["visible_ground"].item() == pytest.approx(-math.log(0.25) / 4, abs=1e-6)
 
 
@@ -115,7 +116,12 @@ def test_ground_weighs_its_three_pixel_sets():
     found = losses(
         raw_with(1, logits),
         with_targets(
-            1, 1, 3, ground=[[[1, 0, 0]]], untraversable=[[[0, 1, 0]]], prior=[[[1, 1, 0.25]]]
+            1,
+            1,
+            3,
+            ground=[[[1, 0, 0]]],
+            untraversable=[[[0, 1, 0]]],
+            unknown_weight=[[[1, 1, 0.25]]],
         ),
     )
     expected = (-math.log(0.75) - math.log(0.25) - 0.25 * math.log(0.25)) / 3
@@ -124,7 +130,7 @@ def test_ground_weighs_its_three_pixel_sets():
 
 def test_a_footprint_counts_three_times_and_leaves_no_room_for_the_prior():
     logits = torch.full((1, 2), math.log(3))  # probability 0.75
-    targets = with_targets(1, 1, 2, untraversable=[[[1, 3]]], prior=[[[0.25, 0.25]]])
+    targets = with_targets(1, 1, 2, untraversable=[[[1, 3]]], unknown_weight=[[[0.25, 0.25]]])
     found = losses(raw_with(1, logits), targets)["ground"]
     assert found.item() == pytest.approx(-4 * math.log(0.25) / 2, abs=1e-6)
 
@@ -138,7 +144,7 @@ def test_the_moving_mask_silences_decided_pixels_and_not_the_prior():
         3,
         ground=[[[1, 0, 0]]],
         untraversable=[[[0, 1, 0]]],
-        prior=[[[0.25, 0.25, 0.25]]],
+        unknown_weight=[[[0.25, 0.25, 0.25]]],
         moving=[[[1, 1, 1]]],
     )
     found = losses(raw, targets)["ground"]
@@ -159,7 +165,7 @@ def test_depth_loss_is_the_log_of_the_error_in_metres(channel):
 
 
 def test_multiscale_losses_are_means_over_scales():
-    targets = with_targets(1, 4, 4, visible_ground_known=torch.ones(1, 4, 4))
+    targets = with_targets(1, 4, 4, visible_ground_valid=torch.ones(1, 4, 4))
     low, high = torch.full((1, 4, 4, 4), -1.0), torch.full((1, 4, 4, 4), 2.0)
     scales = {"1/1": low, "1/2": high, "1/4": high, "1/8": high}
     found = multiscale_losses(scales, targets)["loss"].item()

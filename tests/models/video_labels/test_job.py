@@ -8,6 +8,7 @@ import signal
 import time
 from collections import Counter
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,15 +18,16 @@ from typer.testing import CliRunner
 
 from footprints_edge.errors import FootprintsError
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.parallel.processes import run_in_processes
 from footprints_edge_models.cli import app
-from footprints_edge_models.data.datasets import load_datasets, read_labels
+from footprints_edge_models.data.mixture import load_datasets
+from footprints_edge_models.data.readers.video_labels import read_video_labels
 from footprints_edge_models.sample import NO, UNSEEN, YES
 from footprints_edge_models.sequences.sequence import DepthPicture, InTime, Sequence, SequenceFrame
 from footprints_edge_models.video_labels.contact_sheet import WIDTH_PX, draw_contact_sheet
 from footprints_edge_models.video_labels.files import LabelFilesError, frame_path, read_frame
-from footprints_edge_models.video_labels.job import LabelJob, hidden_share
+from footprints_edge_models.video_labels.job import LabelJob, hidden_share, make_labels
 from footprints_edge_models.video_labels.labeller import LabelSettings
-from footprints_edge_models.video_labels.processes import run_in_processes
 
 
 @pytest.fixture
@@ -52,7 +54,7 @@ def job_of(folder, script, count=6):
 
 def run(job, processes=2):
     outcomes = []
-    run_in_processes(job, processes, outcomes.append)
+    make_labels(job, partial(run_in_processes, processes=processes), outcomes.append)
     assert sorted(o.name for o in outcomes) == [frame.name for frame in job.sequence.frames]
     return {outcome.name: outcome for outcome in outcomes}
 
@@ -83,7 +85,7 @@ def test_every_frame_is_labelled_once_and_reads_back(finished, scripts):
             values = getattr(read, field)
             assert values.dtype == np.float32
             np.testing.assert_allclose(values, getattr(made, field), rtol=5e-4)
-        np.testing.assert_array_equal(read.untraversable, made.untraversable)
+        np.testing.assert_array_equal(read.footprint_mask, made.footprint_mask)
         np.testing.assert_array_equal(read.moving, made.moving)
     # Half of the labelled ground is not seen in the frame itself.
     assert hidden_share(outcomes.values()) == 0.5
@@ -140,7 +142,7 @@ def test_what_is_missing_or_damaged_is_made_again(finished):
 def test_another_job_in_the_same_folder_is_refused(finished, change, named):
     job, script, _ = finished
     with pytest.raises(LabelFilesError, match=named):
-        run_in_processes(replace(job, **change), 1, lambda _: None)
+        run(replace(job, **change))
     assert len(script.computed()) == 6
 
 
@@ -183,7 +185,7 @@ def test_an_interrupted_job_leaves_whole_files_and_goes_on(tmp_path, scripts):
     script = scripts.Scripted(tmp_path / "log", pause_s=0.1)
     job = job_of(tmp_path / "labels", script, count=40)
     process = multiprocessing.get_context("spawn").Process(
-        target=run_in_processes, args=(job, 2, print)
+        target=make_labels, args=(job, partial(run_in_processes, processes=2), print)
     )
     process.start()
     while len(list(job.folder.rglob("*.npz"))) < 3:
@@ -206,7 +208,7 @@ def test_an_interrupted_job_leaves_whole_files_and_goes_on(tmp_path, scripts):
 
 def test_labels_are_training_data(finished):
     job, _, _ = finished
-    samples = list(read_labels(job.folder))
+    samples = list(read_video_labels(job.folder))
     assert [sample.name for sample in samples] == [f"made/left/{i:03d}" for i in range(6)]
     sample = samples[2]
     assert (sample.visible_ground[6:, :8] == YES).all()

@@ -122,16 +122,18 @@ def test_the_floor_goes_on_behind_things_and_not_beneath_them(walk, on_floor, gr
 def test_the_crates_foot_is_untraversable_and_the_table_top_is_not(walk, on_floor):
     labels = Labeller(walk, LabelSettings()).label(MIDDLE)
     _, x, y = on_floor
-    assert labels.untraversable.sum() > 100
-    assert under(x, y, CRATE, 0.16)[labels.untraversable].all()
-    assert not (labels.untraversable & (labels.ground_probability > 0.5)).any()
+    assert labels.footprint_mask.sum() > 100
+    assert under(x, y, CRATE, 0.16)[labels.footprint_mask].all()
+    assert not (labels.footprint_mask & (labels.ground_probability > 0.5)).any()
 
 
 def test_labels_have_the_size_asked_for_and_metres_stay_metres(walk):
     full = Labeller(walk, LabelSettings()).label(MIDDLE)
     half = Labeller(walk, LabelSettings(size=(60, 80))).label(MIDDLE)
     assert full.ground_depth_m.shape == SIZE
-    assert half.ground_depth_m.shape == half.untraversable.shape == half.image.shape[:2] == (60, 80)
+    assert (
+        half.ground_depth_m.shape == half.footprint_mask.shape == half.image.shape[:2] == (60, 80)
+    )
     assert half.intrinsics.fx == pytest.approx(65)
     both = (half.ground_depth_m > 0) & (full.ground_depth_m[1::2, 1::2] > 0)
     assert both.sum() > 1000
@@ -164,7 +166,7 @@ def test_labels_do_not_depend_on_what_was_labelled_before(walk):
         again = labeller.label(index)
     alone = Labeller(walk, LabelSettings()).label(MIDDLE)
     np.testing.assert_array_equal(again.ground_depth_m, alone.ground_depth_m)
-    np.testing.assert_array_equal(again.untraversable, alone.untraversable)
+    np.testing.assert_array_equal(again.footprint_mask, alone.footprint_mask)
     np.testing.assert_array_equal(again.moving, alone.moving)
 
 

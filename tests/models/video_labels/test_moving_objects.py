@@ -4,11 +4,11 @@ import pytest
 
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.video_labels.moving_objects import (
-    believed_flow_px,
+    checked_flow_px,
+    flow_explains_better,
     induced_flow_px,
+    is_consistent,
     moving_pixels,
-    needs_motion,
-    there_and_back,
 )
 
 CAMERA = Intrinsics(100, 110, 79.5, 59.5)
@@ -73,7 +73,7 @@ def test_what_moves_against_the_camera_is_found(walk):
     first, second, move, depth_m = walk
     induced = induced_flow_px(depth_m, CAMERA, CAMERA, move)
     returning = induced_flow_px(depth_m, CAMERA, CAMERA, np.linalg.inv(move))
-    moving = moving_pixels(induced, believed_flow_px(first, second, induced, returning))
+    moving = moving_pixels(induced, checked_flow_px(first, second, induced, returning))
     assert moving[46:74, 66:94].mean() > 0.7
     far_away = np.ones(SIZE, bool)
     far_away[28:104, 48:112] = False
@@ -85,7 +85,7 @@ def test_flow_is_believed_where_it_leads_back():
     forward[..., 0] = 5
     backward = -forward
     backward[:, 80:, 0] = -3  # arrives from two pixels beside
-    believed = there_and_back(forward, backward)
+    believed = is_consistent(forward, backward)
     assert believed[:, :74].all()
     assert not believed[:, 76:].any()
 
@@ -94,14 +94,14 @@ def test_motion_must_explain_the_picture_better_than_standing_still():
     plain = np.full((*SIZE, 3), 120, np.uint8)
     still = np.zeros((*SIZE, 2), np.float32)
     drift = np.full_like(still, 6)
-    assert not needs_motion(plain, plain, still, drift).any()
+    assert not flow_explains_better(plain, plain, still, drift).any()
     rng = np.random.default_rng(0)
     first = rng.integers(0, 256, (*SIZE, 3), dtype=np.uint8)
     second = np.roll(first, 6, axis=1)  # everything went six pixels to the right
     went = np.zeros_like(still)
     went[..., 0] = 6
-    assert needs_motion(first, second, still, went)[10:-10, 10:-20].all()
-    assert not needs_motion(first, second, went, still)[10:-10, 10:-20].any()
+    assert flow_explains_better(first, second, still, went)[10:-10, 10:-20].all()
+    assert not flow_explains_better(first, second, went, still)[10:-10, 10:-20].any()
 
 
 @pytest.mark.parametrize(("apart_px", "moves"), [(2.9, False), (3.1, True)])

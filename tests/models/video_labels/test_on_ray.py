@@ -7,15 +7,17 @@ import signal
 import threading
 import time
 from collections import Counter
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.parallel.on_ray import run_on_ray
 from footprints_edge_models.sequences.sequence import DepthPicture, Sequence, SequenceFrame
 from footprints_edge_models.video_labels.files import read_frame
-from footprints_edge_models.video_labels.job import LabelJob
+from footprints_edge_models.video_labels.job import LabelJob, make_labels
 from footprints_edge_models.video_labels.labeller import LabelSettings
 
 ray = pytest.importorskip("ray", reason="Ray is an extra: pip install 'footprints-edge[ray]'")
@@ -35,13 +37,14 @@ def scripts():
 @pytest.fixture(scope="module")
 def cluster():
     """Two worker processes on this machine, which find the stand-ins too."""
+    paths = filter(None, [os.environ.get("PYTHONPATH")])
     ray.init(
         num_cpus=2,
         include_dashboard=False,
         log_to_driver=False,
         object_store_memory=100 * 2**20,
         logging_level=logging.ERROR,
-        runtime_env={"env_vars": {"PYTHONPATH": str(HERE)}},
+        runtime_env={"env_vars": {"PYTHONPATH": os.pathsep.join([str(HERE), *paths])}},
     )
     yield
     ray.shutdown()
@@ -57,10 +60,8 @@ def job_of(folder, script, count):
 
 
 def run(job):
-    from footprints_edge_models.video_labels.on_ray import run_on_ray
-
     outcomes = []
-    run_on_ray(job, 2, outcomes.append)
+    make_labels(job, partial(run_on_ray, workers=2, run_length=8), outcomes.append)
     assert sorted(o.name for o in outcomes) == [frame.name for frame in job.sequence.frames]
     return {outcome.name: outcome for outcome in outcomes}
 

@@ -16,20 +16,6 @@ from footprints_edge.cli.models import app as models_app
 
 
 @pytest.fixture
-def infer(tiny_path):
-    """Runs `fp-infer` with the tiny model in this process."""
-
-    def invoke(*arguments, **options):
-        return CliRunner().invoke(
-            infer_app,
-            [*map(str, arguments), "--model", str(tiny_path), "--threads", "1"],
-            **options,
-        )
-
-    return invoke
-
-
-@pytest.fixture
 def photos(tmp_path, picture):
     """A folder of two pictures, and a third in a sub-folder."""
     folder = tmp_path / "photos"
@@ -63,7 +49,7 @@ def test_all_formats_of_a_folder_keeping_sub_folders(infer, photos, tmp_path):
     assert (out / "sub" / "a.png.json").is_file()
 
 
-def test_a_second_run_keeps_what_is_there_and_does_not_feed_on_it(infer, photos):
+def test_a_second_run_keeps_results_and_does_not_read_them(infer, photos):
     assert infer(photos).exit_code == 0
     before = {path: path.stat().st_mtime_ns for path in photos.iterdir()}
     again = infer(photos)
@@ -122,7 +108,7 @@ def test_a_picture_named_twice_is_done_once(infer, photos):
     assert len(result.stdout.splitlines()) == 2
 
 
-def test_planning_a_large_folder_looks_at_each_picture_a_few_times_only(tmp_path, monkeypatch):
+def test_planning_a_large_folder_resolves_each_path_a_few_times_only(tmp_path, monkeypatch):
     from footprints_edge.cli.batch import plan
 
     for index in range(200):
@@ -227,7 +213,7 @@ def test_model_problems_are_exit_code_3(photos):
     assert "neither a file nor a registered name" in result.stderr
 
 
-def test_verbose_says_a_line_about_each_picture(infer, photos):
+def test_verbose_prints_a_line_per_picture(infer, photos):
     result = infer(photos, "-v")
     assert result.stderr.count("100 x 60 px") == 2
     assert "(assumed)" in result.stderr
@@ -287,7 +273,7 @@ def test_ctrl_c_ends_quietly_with_130(tiny_path, photos):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX pipes")
-def test_a_reader_that_goes_away_leaves_no_traceback(tiny_path, photos):
+def test_a_closed_pipe_leaves_no_traceback(tiny_path, photos):
     reading, writing = os.pipe()
     os.close(reading)
     process = subprocess.run(

@@ -1,6 +1,6 @@
 import pytest
 
-from footprints_edge.cli.sources import Source, expand
+from footprints_edge.cli.sources import InputImage, expand
 from footprints_edge.errors import ImageError
 from footprints_edge.outputs.writers import FORMATS
 
@@ -18,7 +18,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_a_folders_pictures_without_our_own(folder):
+def test_the_pictures_of_a_folder_without_our_outputs(folder):
     assert [source.path.name for source in expand(str(folder))] == ["a.jpg", "b.PNG"]
 
 
@@ -29,7 +29,7 @@ def test_sub_folders_are_remembered(folder):
 
 def test_a_named_file_is_always_tried(folder):
     for name in ("notes.txt", "a.jpg.overlay.png", "nowhere.jpg"):
-        assert expand(str(folder / name)) == [Source(folder / name)]
+        assert expand(str(folder / name)) == [InputImage(folder / name)]
 
 
 def test_standard_input():

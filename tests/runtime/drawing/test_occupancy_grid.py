@@ -1,4 +1,4 @@
-"""The ground from above as a picture, and beside the overlay."""
+"""The bird's-eye view as a picture, and beside the overlay."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ def block(picture, row, column, px=10):
     return picture[row * px + 2 : row * px + px - 2, column * px + 2 : column * px + px - 2]
 
 
-def test_each_kind_of_cell_is_told_from_the_others_and_left_is_left():
+def test_each_kind_of_cell_is_distinct_and_left_is_left():
     cells = np.full((ROWS, 2 * ROWS), UNKNOWN, np.uint8)
     cells[5:9, 10:14] = VISIBLE
     cells[5:9, 60:66] = HIDDEN
@@ -83,7 +83,7 @@ def test_the_format_writes_it(prediction, tmp_path):
 
 
 @pytest.mark.parametrize("size", [(90, 121), (61, 400)])
-def test_a_frame_of_a_video_shows_what_its_overlay_shows(prediction, size):
+def test_a_video_overlay_tints_visible_and_hatches_hidden_ground(prediction, size):
     pytest.importorskip("cv2")
     from footprints_edge.video.overlay import VideoOverlay
 

@@ -77,7 +77,7 @@ def test_a_camera_that_looks_straight_down_has_forward_up_in_the_picture():
     )
 
 
-def test_what_carries_no_plane_says_why():
+def test_ground_without_a_plane_is_explained():
     depth_m = floor_depth_m(1.5, 20)
     few = np.zeros(SIZE, bool)
     few[-1, :5] = True

@@ -146,7 +146,7 @@ def test_float_grey_without_a_white_level_is_refused(values):
 
 
 def test_modes_without_a_way_to_rgb_are_named():
-    with pytest.raises(ImageError, match="mode La;"):
+    with pytest.raises(ImageError, match="mode La has no conversion to RGB"):
         decode(Image.new("La", (2, 2)))
 
 
@@ -195,7 +195,7 @@ def test_arrays_are_copied(picture):
         (np.zeros((4, 4, 3), np.float32), r"\* 255"),
         (np.zeros((4, 4), np.uint8), "np.repeat"),
         (np.zeros((4, 4, 4), np.uint8), r":3\]"),
-        (np.zeros((0, 4, 3), np.uint8), "nothing to see"),
+        (np.zeros((0, 4, 3), np.uint8), "is empty"),
     ],
 )
 def test_wrong_arrays_are_refused_with_advice(array, advice):
@@ -203,7 +203,7 @@ def test_wrong_arrays_are_refused_with_advice(array, advice):
         decode(array)
 
 
-def test_sources_that_are_none(tmp_path):
+def test_invalid_sources_are_refused(tmp_path):
     with pytest.raises(ImageError, match="no such file"):
         decode(tmp_path / "nothing.jpg")
     with pytest.raises(ImageError, match="folder"):
@@ -227,12 +227,12 @@ def test_truncated_pictures_are_refused(picture, kind, tmp_path):
         decode(path)
 
 
-def test_what_is_no_picture_is_refused(picture, tmp_path):
+def test_other_files_are_refused(picture, tmp_path):
     path = tmp_path / "page.jpg"
     path.write_text("<html>")
     with pytest.raises(ImageError, match=r"page\.jpg is not an image"):
         decode(path)
-    with pytest.raises(ImageError, match="supported: JPEG, PNG"):
+    with pytest.raises(ImageError, match=r"supported format \(JPEG, PNG"):
         decode(encoded(Image.fromarray(picture), "GIF"))
 
 
@@ -309,7 +309,7 @@ def test_a_large_jpeg_is_decoded_smaller_and_stays_the_same_picture(orientation,
     assert decoded.rgb is decoded.rgb
 
 
-def test_a_picture_is_decoded_no_smaller_than_it_is_needed():
+def test_a_picture_is_decoded_no_smaller_than_needed():
     data = encoded(Image.fromarray(photo((400, 800))), "JPEG")
     for least, expected in {
         (400, 800): (400, 800),
@@ -343,7 +343,7 @@ def test_a_truncated_jpeg_is_refused_at_any_size():
         decode(data[: len(data) // 2], lambda _: (1, 1))
 
 
-def test_nothing_of_a_jpeg_is_decoded_twice_unless_it_is_asked_for(monkeypatch):
+def test_a_jpeg_is_decoded_twice_only_on_demand(monkeypatch):
     data = encoded(Image.fromarray(photo((400, 800))), "JPEG")
     decoded = decode(data, lambda _: (100, 200))
     monkeypatch.setattr(images, "_opened", lambda *_: pytest.fail("it was decoded again"))

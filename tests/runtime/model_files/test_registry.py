@@ -41,7 +41,7 @@ def test_unknown_names_list_the_known_ones():
         registry.resolve("large")
 
 
-def test_a_folder_is_no_model(data):
+def test_a_folder_is_not_a_model(data):
     with pytest.raises(ModelError, match="is a folder"):
         registry.resolve(data)
 

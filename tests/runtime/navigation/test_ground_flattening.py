@@ -23,7 +23,7 @@ def floor(depth_m, ground=None):
     return make_prediction(depth_m, ground=ground, intrinsics=CAMERA)
 
 
-def test_noise_on_a_floor_goes_and_everything_else_stays():
+def test_noise_on_a_floor_is_removed_and_everything_else_kept():
     rng = np.random.default_rng(0)
     exact = plane_m(1.5)
     noisy = (exact * np.exp(rng.normal(0, 0.05, SIZE))).astype(np.float32)
@@ -34,7 +34,7 @@ def test_noise_on_a_floor_goes_and_everything_else_stays():
     np.testing.assert_array_equal(flat.ground_probability, prediction.ground_probability)
 
 
-def test_the_plane_and_its_error_are_those_of_what_the_network_said():
+def test_the_plane_and_its_error_are_those_of_the_network_depth():
     noise = np.random.default_rng(0).normal(0, 0.05, SIZE)
     prediction = floor((plane_m(1.5) * np.exp(noise)).astype(np.float32))
     flat = prediction.flattened().at_size((48, 64))
@@ -51,7 +51,7 @@ def test_another_level_keeps_its_depth():
     np.testing.assert_allclose(flat.unmasked_ground_depth_m, depth_m, rtol=1e-3)
 
 
-def test_ground_that_is_no_plane_stays_as_it_is():
+def test_uneven_ground_keeps_its_depth():
     bumpy = (plane_m(1.5) * np.exp(np.random.default_rng(1).normal(0, 0.4, SIZE))).astype(
         np.float32
     )
@@ -64,7 +64,7 @@ def test_without_a_plane_it_is_the_prediction_itself():
     assert prediction.flattened() is prediction
 
 
-def test_nothing_above_the_horizon_is_touched():
+def test_depth_above_the_horizon_is_kept():
     camera = replace(CAMERA, cy=70.0)
     depth_m = np.full(SIZE, 50, np.float32)
     fall = rays(camera, SIZE)[..., 1]
@@ -76,7 +76,7 @@ def test_nothing_above_the_horizon_is_touched():
     assert np.isfinite(flat.unmasked_ground_depth_m).all()
 
 
-def test_predict_lays_the_ground_flat_unless_it_is_told_not_to():
+def test_predict_flattens_the_ground_unless_switched_off():
     room = Path(__file__).parents[3] / "examples" / "room.jpg"
     model = fp.load(threads=1)
     flat, plain = model.predict(room), model.predict(room, flatten=False)

@@ -76,11 +76,11 @@ def test_free_cells_are_those_of_the_floor_plan(grid):
     v = CAMERA.cy + CAMERA.fy * (HEIGHT_M * np.cos(PITCH) - x * np.sin(PITCH)) / depth
     in_view = (u >= 0) & (u < 447) & (v >= 0) & (v < 255) & (np.hypot(x, y) < 6)
     box = (x > BOX[0]) & (x < BOX[1]) & (y > BOX[2]) & (y < BOX[3])
-    truth = in_view & ~box
-    overlap = (grid.free & truth).sum() / (grid.free | truth).sum()
+    expected = in_view & ~box
+    overlap = (grid.free & expected).sum() / (grid.free | expected).sum()
     assert overlap > 0.97
     assert (grid.cells[box] == OCCUPIED).mean() > 0.85
-    assert grid.free_area_m2 == pytest.approx(truth.sum() * 0.05**2, rel=0.03)
+    assert grid.free_area_m2 == pytest.approx(expected.sum() * 0.05**2, rel=0.03)
 
 
 def test_hidden_cells_lie_in_the_shadow_of_the_box(grid):
@@ -108,7 +108,7 @@ def test_the_nearest_obstacle_by_bearing(grid):
     np.testing.assert_allclose(grid.nearest_obstacle_m(bearings_deg), expected_m, atol=0.08)
 
 
-def test_far_behind_what_is_seen_nothing_is_known(scene):
+def test_cells_far_behind_the_visible_surface_are_unknown(scene):
     """A wall 2 m ahead: no ground from there on; its first metre counts as the obstacle."""
     wall_m = np.float32(2.0)
     pixels = np.stack(np.meshgrid(np.arange(SIZE[1]), np.arange(SIZE[0])), axis=-1)
@@ -158,7 +158,7 @@ def test_the_format_names_the_picture_beside_it(scene, tmp_path):
         assert image.size == (200, 400)
 
 
-def test_what_cannot_be_is_refused(scene, tmp_path):
+def test_invalid_grids_are_refused(scene, tmp_path):
     with pytest.raises(ValueError, match="cell_m is 0"):
         scene.top_down(cell_m=0)
     with pytest.raises(ValueError, match="range_m is nan"):

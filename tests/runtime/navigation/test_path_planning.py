@@ -1,16 +1,12 @@
 import heapq
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PIL import Image
 from predictions import make_prediction
-from typer.testing import CliRunner
 
-from footprints_edge.cli.infer import app
 from footprints_edge.errors import NoPathError, OffGroundError, OutsideError, PlanningError
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.ground_plane import GroundPlane
@@ -73,7 +69,7 @@ def test_no_path_is_cheaper_and_none_leaves_the_ground(seed, share):
     expected = cheapest(probability.astype(np.float64), (13, 0), (0, 17))
     prediction = world(probability)
     if expected is None:
-        with pytest.raises(NoPathError, match="no way on ground joins"):
+        with pytest.raises(NoPathError, match="no path on ground connects"):
             prediction.plan((0, 13), (17, 0))
         return
     path = prediction.plan((0, 13), (17, 0))
@@ -131,7 +127,7 @@ def test_the_margin_is_metres_near_and_far(row):
     st.floats(-25, 25),
     st.sampled_from([0.3, 1.5, 4.0]),
 )
-def test_the_margin_closes_exactly_what_is_nearer_on_the_plane(seed, margin_m, roll_deg, height_m):
+def test_the_margin_closes_exactly_the_pixels_within_it(seed, margin_m, roll_deg, height_m):
     """Against all distances, for cameras that look down by up to 90 degrees and lean aside."""
     rng = np.random.default_rng(seed)
     pitch, roll = np.radians(rng.uniform(-5, 90)), np.radians(roll_deg)
@@ -165,7 +161,7 @@ def test_a_gap_narrower_than_twice_the_margin_is_closed():
         prediction.plan((20, 90), (20, 40), margin_m=0.6 * gap_m)
 
 
-def test_hidden_ground_is_said_and_can_be_avoided():
+def test_hidden_ground_is_reported_and_can_be_avoided():
     visible = np.ones(SIZE)
     visible[60:70, :100] = 0
     prediction = world(np.ones(SIZE), visible)
@@ -178,13 +174,13 @@ def test_hidden_ground_is_said_and_can_be_avoided():
     assert around.length_m > behind.length_m
 
 
-def test_ends_that_cannot_be_are_named():
+def test_invalid_ends_are_named():
     probability = np.ones(SIZE)
     probability[50:60, 50:60] = 0.1
     prediction = world(probability)
     with pytest.raises(OffGroundError, match=r"the start \(55\.0, 55\.0\) px is not on ground"):
         prediction.plan((55, 55), (20, 90))
-    with pytest.raises(OffGroundError, match=r"the goal .* nearer than margin_m=0\.2"):
+    with pytest.raises(OffGroundError, match=r"the goal .* closer than margin_m=0\.2"):
         prediction.plan((20, 90), (61, 55), margin_m=0.2)
     with pytest.raises(
         OutsideError, match=r"the goal \(128\.0, 90\.0\) px is outside .* 128 x 96 px"
@@ -215,49 +211,3 @@ def test_a_missing_library_names_the_extra(monkeypatch):
         planning.require_graph_search()
     with pytest.raises(PlanningError, match="skimage"):
         world(np.ones(SIZE)).plan((20, 90), (30, 80))
-
-
-@pytest.fixture
-def green_photo(tmp_path):
-    """A picture that the tiny model finds to be ground all over, on a plane below the camera."""
-    rgb = np.zeros((96, 128, 3), np.uint8)
-    rgb[..., 1] = 220
-    rgb[..., 2] = np.linspace(30, 250, 96, dtype=np.uint8)[:, None]
-    Image.fromarray(rgb).save(tmp_path / "green.png")
-    return tmp_path / "green.png"
-
-
-def infer(tiny_path, *arguments):
-    return CliRunner().invoke(
-        app, [*map(str, arguments), "--model", str(tiny_path), "--threads", "1"]
-    )
-
-
-def test_the_command_draws_both_paths_side_by_side(tiny_path, green_photo):
-    result = infer(tiny_path, green_photo, "--path", "20,90", "110,40", "--margin", "0.001")
-    assert result.exit_code == 0, result.output
-    drawn = Path(f"{green_photo}.path.png")
-    assert str(drawn) in result.stdout.splitlines()
-    with Image.open(drawn) as image:
-        pixels = np.asarray(image.convert("RGB")).astype(int)
-    yellow = np.abs(pixels - (255, 235, 59)).max(axis=-1) < 20
-    middle = pixels.shape[1] // 2
-    assert yellow[:, :middle].any() and yellow[:, middle:].any()
-
-
-def test_the_command_says_what_is_wrong_with_a_path(tiny_path, green_photo):
-    outside = infer(tiny_path, green_photo, "--path", "20,90", "999,40")
-    assert outside.exit_code == 1
-    assert "the goal (999.0, 40.0) px is outside the picture" in outside.stderr
-    nonsense = infer(tiny_path, green_photo, "--path", "20,90", "here")
-    assert nonsense.exit_code == 2
-    assert "X0,Y0 X1,Y1" in nonsense.stderr
-
-
-def test_the_command_writes_the_map_of_a_picture(tiny_path, green_photo):
-    result = infer(tiny_path, green_photo, "--format", "topdown")
-    assert result.exit_code == 0, result.output
-    assert [Path(line).name for line in result.stdout.splitlines()] == [
-        "green.png.topdown.png",
-        "green.png.topdown.yaml",
-    ]

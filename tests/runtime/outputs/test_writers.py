@@ -93,7 +93,7 @@ def read_ply(path):
     return points
 
 
-def test_ply_holds_what_is_seen_and_the_hidden_ground(saved):
+def test_ply_holds_visible_surfaces_and_hidden_ground(saved):
     prediction, folder = saved
     points = read_ply(folder / "a.jpg.ply")
     seen, hidden = points[points["layer"] == 0], points[points["layer"] == 1]
@@ -111,7 +111,7 @@ def test_ply_holds_what_is_seen_and_the_hidden_ground(saved):
     assert seen["green"].reshape(prediction.ground.shape)[150, 20] > 200
 
 
-def test_without_ground_nothing_breaks(tiny, tmp_path):
+def test_pictures_without_ground_get_every_format(tiny, tmp_path):
     prediction = tiny.predict(np.zeros((40, 60, 3), np.uint8))
     assert not prediction.ground.any()
     prediction.save(tmp_path, ALL)
@@ -133,7 +133,9 @@ def test_existing_files_are_kept_and_nothing_else_is_written(saved):
     prediction, folder = saved
     (folder / "a.jpg.ply").unlink()
     (folder / "a.jpg.json").write_text("mine")
-    with pytest.raises(OutputError, match=r"a\.jpg\.json: already there.*overwrite=True"):
+    with pytest.raises(
+        OutputError, match=r"existing results: .*a\.jpg\.json; nothing.*overwrite=True"
+    ):
         prediction.save(folder, ["ply", "json"], name="a.jpg")
     assert (folder / "a.jpg.json").read_text() == "mine"
     assert not (folder / "a.jpg.ply").exists()
@@ -167,7 +169,7 @@ def test_a_failing_write_leaves_the_old_file_and_no_other(saved, moment, monkeyp
     assert {path: path.read_bytes() for path in folder.iterdir()} == before
 
 
-def test_a_folder_that_is_none_is_explained(tiny, picture, tmp_path):
+def test_a_file_in_place_of_the_folder_is_explained(tiny, picture, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot write"):
         tiny.predict(picture).save(tmp_path / "file", ["json"])
@@ -180,7 +182,7 @@ def test_unknown_formats_are_refused_with_the_known_ones(tiny, picture, tmp_path
     assert not list(tmp_path.iterdir())
 
 
-def test_a_name_is_no_path(tiny, picture, tmp_path):
+def test_a_name_must_not_be_a_path(tiny, picture, tmp_path):
     with pytest.raises(OutputError, match="is a path"):
         tiny.predict(picture).save(tmp_path, ["json"], name="../a")
 

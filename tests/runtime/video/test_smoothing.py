@@ -1,4 +1,4 @@
-"""Smoothing on a made-up clip: a camera that moves over a textured floor, in closed form."""
+"""Smoothing on a synthetic clip: a camera that moves over a textured floor, in closed form."""
 
 import sys
 from dataclasses import replace
@@ -67,8 +67,8 @@ MIDDLE = (slice(20, -20), slice(20, -20))
 
 
 def depth_error(prediction, name):
-    truth = exact(0).unmasked_ground_depth_m
-    return np.abs(np.log(getattr(prediction, name) / truth))[MIDDLE]
+    expected = exact(0).unmasked_ground_depth_m
+    return np.abs(np.log(getattr(prediction, name) / expected))[MIDDLE]
 
 
 def test_the_first_frame_is_as_the_network_says():
@@ -80,9 +80,9 @@ def test_exact_maps_stay_exact_while_the_camera_moves():
     """Forgetting how depths change with the way gone would lag behind by 3 steps, over 4 %."""
     tracker = Tracker()
     for step in range(12):
-        steady = tracker.update(exact(step))
-    assert depth_error(steady, "unmasked_ground_depth_m").mean() < 0.01
-    moved = steady.ground[MIDDLE] != exact(11).ground[MIDDLE]
+        smoothed = tracker.update(exact(step))
+    assert depth_error(smoothed, "unmasked_ground_depth_m").mean() < 0.01
+    moved = smoothed.ground[MIDDLE] != exact(11).ground[MIDDLE]
     assert moved.mean() < 0.005
 
 
@@ -90,46 +90,46 @@ def test_exact_maps_stay_exact_while_the_camera_moves():
 def test_masks_flicker_less_and_are_right_more_often(name):
     rng = np.random.default_rng(1)
     tracker = Tracker()
-    wrong = {"raw": [], "steady": []}
+    wrong = {"raw": [], "smoothed": []}
     for step in range(10):
-        truth = exact(step)
-        raw = noisy(truth, rng)
-        steady = tracker.update(raw)
-        for key, prediction in (("raw", raw), ("steady", steady)):
-            wrong[key].append((getattr(prediction, name) != truth.ground)[MIDDLE].mean())
-    assert np.mean(wrong["steady"][4:]) < 0.5 * np.mean(wrong["raw"][4:])
+        expected = exact(step)
+        raw = noisy(expected, rng)
+        smoothed = tracker.update(raw)
+        for key, prediction in (("raw", raw), ("smoothed", smoothed)):
+            wrong[key].append((getattr(prediction, name) != expected.ground)[MIDDLE].mean())
+    assert np.mean(wrong["smoothed"][4:]) < 0.5 * np.mean(wrong["raw"][4:])
 
 
 @pytest.mark.parametrize("name", ["visible_depth_m", "unmasked_ground_depth_m"])
-def test_depths_are_steadier(name):
+def test_depths_get_less_noisy(name):
     rng = np.random.default_rng(2)
     tracker = Tracker()
     for step in range(10):
         raw = noisy(exact(step), rng)
-        steady = tracker.update(raw)
+        smoothed = tracker.update(raw)
     # the visible depth's lag of a moving camera is part of the price
-    assert depth_error(steady, name).mean() < 0.8 * depth_error(raw, name).mean()
+    assert depth_error(smoothed, name).mean() < 0.8 * depth_error(raw, name).mean()
 
 
-def test_the_ground_plane_is_that_of_the_steady_depth():
+def test_the_ground_plane_is_that_of_the_smoothed_depth():
     """Each frame is laid onto a plane of its own, all of them a little too high or too low."""
     rng = np.random.default_rng(3)
     tracker = Tracker()
-    heights_m = {"raw": [], "steady": []}
+    heights_m = {"raw": [], "smoothed": []}
     for step in range(16):
-        truth = exact(step)
+        expected = exact(step)
         factor = np.float32(np.exp(rng.normal(0, 0.1)))
-        raw = truth.with_maps(
-            unmasked_ground_depth_m=truth.unmasked_ground_depth_m * factor
+        raw = expected.with_maps(
+            unmasked_ground_depth_m=expected.unmasked_ground_depth_m * factor
         ).flattened()
         assert raw.laid_onto is not None
-        steady = tracker.update(raw)
+        smoothed = tracker.update(raw)
         heights_m["raw"].append(raw.ground_plane().camera_height_m)
-        heights_m["steady"].append(steady.ground_plane().camera_height_m)
-    assert np.std(heights_m["steady"][4:]) < 0.6 * np.std(heights_m["raw"][4:])
+        heights_m["smoothed"].append(smoothed.ground_plane().camera_height_m)
+    assert np.std(heights_m["smoothed"][4:]) < 0.6 * np.std(heights_m["raw"][4:])
 
 
-def test_after_a_cut_nothing_is_remembered():
+def test_a_cut_resets_the_smoothing():
     tracker = Tracker()
     for step in range(4):
         tracker.update(exact(step))
@@ -138,12 +138,12 @@ def test_after_a_cut_nothing_is_remembered():
     other = replace(exact(4), picture=dark).with_maps(
         visible_ground_probability=none, ground_probability=none
     )
-    steady = tracker.update(other)
-    assert not steady.visible_ground.any()
-    assert not steady.ground.any()
+    smoothed = tracker.update(other)
+    assert not smoothed.visible_ground.any()
+    assert not smoothed.ground.any()
 
 
-def test_another_size_begins_anew():
+def test_a_change_of_size_starts_over():
     tracker = Tracker()
     tracker.update(exact(0))
     small = exact(1).at_size((64, 96))

@@ -1,1 +1,1 @@
-"""What scenes are made of: things, materials, textures."""
+"""Assets of scenes: things, materials, textures."""

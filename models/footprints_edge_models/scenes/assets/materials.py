@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footprints_edge_models.scenes.assets.textures import TextureKey, TextureLibrary
+from footprints_edge_models.scenes.assets.textures.library import TextureKey, TextureLibrary
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from footprints_edge_models.scenes.assets.materials import Material, Palette
 from footprints_edge_models.scenes.assets.shapes import convex_hull_2d
 from footprints_edge_models.scenes.assets.things import (
-    Part,
     Thing,
+    ThingPart,
     blob,
     column,
     cushion,
@@ -50,7 +50,7 @@ def _limb(
     end: NDArray[np.float64],
     wide_m: float,
     top: float,
-) -> list[Part]:
+) -> list[ThingPart]:
     knob = wide_m * top
     return [
         rod(material, start, end, wide_m, top=top, sides=10),
@@ -60,7 +60,7 @@ def _limb(
 
 def _trunk(
     palette: Palette, clothes: _Clothes, hips: NDArray[np.float64], size: float, lean: float
-) -> list[Part]:
+) -> list[ThingPart]:
     """Torso, neck, head and hair above the hips; returns the shoulders' height with them."""
     rng = palette.rng
     broad = size * rng.uniform(0.9, 1.2)
@@ -110,7 +110,7 @@ def _arms(
     lean: float,
     swing: float,
     reach: float,
-) -> list[Part]:
+) -> list[ThingPart]:
     rng = palette.rng
     shoulders = hips + offset(0, -np.sin(lean), np.cos(lean)) * 0.5 * size
     parts = []
@@ -134,7 +134,7 @@ def _leg(
     ankle: NDArray[np.float64],
     size: float,
     toe: float = -1,
-) -> list[Part]:
+) -> list[ThingPart]:
     parts = _limb(clothes.legs, hip, knee, 0.17 * size, 0.75)
     parts += _limb(clothes.legs, knee, ankle, 0.125 * size, 0.7)
     parts.append(
@@ -146,7 +146,7 @@ def _leg(
 
 
 def standing(palette: Palette) -> Thing:
-    """Someone who stands or walks; takes the ground that the feet enclose."""
+    """Someone who stands or walks; the footprint is the hull of the feet."""
     rng = palette.rng
     clothes = _Clothes.drawn(palette)
     size = float(rng.normal(1, 0.06)) if rng.random() < 0.9 else float(rng.uniform(0.55, 0.8))
@@ -173,7 +173,7 @@ def standing(palette: Palette) -> Thing:
     return joined("person", parts, outlines=(outline,))
 
 
-def seated_parts(palette: Palette, seat_m: float, *, reach: float = 0.7) -> list[Part]:
+def seated_parts(palette: Palette, seat_m: float, *, reach: float = 0.7) -> list[ThingPart]:
     """Someone on a seat of this height, hips at the origin."""
     clothes = _Clothes.drawn(palette)
     rng = palette.rng
@@ -191,7 +191,7 @@ def seated_parts(palette: Palette, seat_m: float, *, reach: float = 0.7) -> list
     return parts
 
 
-def rider_parts(palette: Palette, seat_m: float, bars: tuple[float, float]) -> list[Part]:
+def rider_parts(palette: Palette, seat_m: float, bars: tuple[float, float]) -> list[ThingPart]:
     """Someone riding, hips above the origin; hands at (y, z) ``bars``, feet halfway down."""
     clothes = _Clothes.drawn(palette)
     hips = offset(0, 0.0, seat_m + 0.08)

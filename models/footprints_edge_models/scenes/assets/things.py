@@ -1,4 +1,4 @@
-"""Things made of parts, where they stand, and the ground they take.
+"""Things made of parts, their placement and their footprints.
 
 World axes: x and y along the ground, z up, metres.
 """
@@ -23,12 +23,12 @@ from footprints_edge_models.scenes.assets.shapes import (
 )
 
 STANDS_BELOW_M = 0.35
-"""A part that reaches lower than this takes the ground below it; one that begins higher, a table
-top, say, does not (as in the floor maps of RGB-D clips, see ``floor_map.LOW_M``)."""
+"""A part that reaches lower than this has a footprint. One that begins higher, such as a table top,
+has none (as in the floor maps of RGB-D clips, ``mapping.floor_map.LOW_M``)."""
 
 
 @dataclass(frozen=True)
-class Part:
+class ThingPart:
     """A solid of one material.
 
     Attributes:
@@ -44,30 +44,30 @@ class Part:
 
 @dataclass(frozen=True)
 class Thing:
-    """Something that stands in a scene.
+    """An object of a scene.
 
     Attributes:
-        label: what it is.
+        label: its class.
         parts: in the thing's own axes: z = 0 is the ground below it.
-        outlines: convex outlines (K, 2) of the ground it takes, in its own axes; None derives them
-            from the parts that reach below STANDS_BELOW_M.
-        is_wall: whether it bounds a room, a garden or is a building: what lies behind is another
-            place.
+        outlines: convex outlines (K, 2) of its footprint, in its own axes; None derives them from
+            the parts that reach below STANDS_BELOW_M.
+        is_wall: whether it is a building or bounds a room or a garden: ground behind it belongs to
+            another place.
         pose: (3, 4), from its own axes to the world's.
     """
 
     label: str
-    parts: tuple[Part, ...]
+    parts: tuple[ThingPart, ...]
     outlines: tuple[NDArray[np.float64], ...] | None = None
     is_wall: bool = False
     pose: NDArray[np.float64] = field(default_factory=lambda: np.eye(3, 4), repr=False)
 
     def at(self, x: float, y: float, z: float = 0.0, yaw: float = 0.0) -> "Thing":
-        """The same thing elsewhere; its own +y axis turned by ``yaw`` radians, anticlockwise."""
+        """The same thing at another place, its +y axis turned by ``yaw`` radians, anticlockwise."""
         return replace(self, pose=composed(placement(x, y, z, yaw), self.pose))
 
     def footprints(self) -> list[NDArray[np.float64]]:
-        """Convex outlines (K, 2) of the ground it takes, in the world."""
+        """Convex outlines (K, 2) of its footprint, in the world."""
         if self.outlines is not None:
             turned = self.pose[:2, :2]
             return [outline @ turned.T + self.pose[:2, 3] for outline in self.outlines]
@@ -112,7 +112,7 @@ def composed(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[
 
 def _sized(
     shape: Shape, material: Material, size: ArrayLike, at: ArrayLike, yaw: float, lean: float = 0.0
-) -> Part:
+) -> ThingPart:
     matrix = np.zeros((3, 4))
     matrix.reshape(-1)[::5] = size  # its diagonal
     if lean:
@@ -121,12 +121,12 @@ def _sized(
     if yaw:
         matrix[:, :3] = placement(0, 0, 0, yaw)[:, :3] @ matrix[:, :3]
     matrix[:, 3] = at
-    return Part(shape, matrix, material)
+    return ThingPart(shape, matrix, material)
 
 
 def box(
     material: Material, size: ArrayLike, at: ArrayLike, yaw: float = 0.0, lean: float = 0.0
-) -> Part:
+) -> ThingPart:
     """A box; ``at`` is the middle of its underside, ``lean`` tips its top towards -y."""
     return _sized(unit_box(), material, size, at, yaw, lean)
 
@@ -139,17 +139,17 @@ def column(
     *,
     top: float = 1.0,
     sides: int = 14,
-) -> Part:
+) -> ThingPart:
     """A round column standing at ``at``; ``top`` is its upper radius over its lower one."""
     return _sized(cone(top, sides), material, (diameter_m, diameter_m, height_m), at, 0)
 
 
-def blob(material: Material, size: ArrayLike, at: ArrayLike, yaw: float = 0.0) -> Part:
+def blob(material: Material, size: ArrayLike, at: ArrayLike, yaw: float = 0.0) -> ThingPart:
     """An ellipsoid; ``at`` is the middle of its underside."""
     return _sized(ellipsoid(1.0, 12, 7), material, size, at, yaw)
 
 
-def joint(material: Material, diameter_m: float, at: ArrayLike) -> Part:
+def joint(material: Material, diameter_m: float, at: ArrayLike) -> ThingPart:
     """A small ball around ``at``, where two rods meet."""
     centre = np.asarray(at, dtype=np.float64) - (0, 0, diameter_m / 2)
     return _sized(ellipsoid(1.0, 8, 5), material, (diameter_m,) * 3, centre, 0)
@@ -163,7 +163,7 @@ def cushion(
     *,
     lean: float = 0.0,
     squareness: float = 0.25,
-) -> Part:
+) -> ThingPart:
     """A box with rounded edges; ``at`` is the middle of its underside."""
     fineness = (14, 7) if max(np.asarray(size)) > 0.35 else (10, 5)
     return _sized(ellipsoid(squareness, *fineness), material, size, at, yaw, lean)
@@ -171,7 +171,7 @@ def cushion(
 
 def foliage(
     material: Material, size: ArrayLike, at: ArrayLike, variant: int, count: int, leaf: float
-) -> Part:
+) -> ThingPart:
     """A ball of ``count`` leaves, each ``leaf`` of its diameter long."""
     return _sized(leaves(variant, count, leaf), material, size, at, 0)
 
@@ -184,7 +184,7 @@ def rod(
     *,
     top: float = 1.0,
     sides: int = 8,
-) -> Part:
+) -> ThingPart:
     """A round rod between two points."""
     x0, y0, z0 = (float(v) for v in np.asarray(start))
     x1, y1, z1 = (float(v) for v in np.asarray(end))
@@ -200,23 +200,23 @@ def rod(
     matrix = np.array(
         [[side[k] * d, other[k] * d, (x, y, z)[k], (x0, y0, z0)[k]] for k in range(3)]
     )
-    return Part(cone(top, sides), matrix, material)
+    return ThingPart(cone(top, sides), matrix, material)
 
 
 def disc_on_side(
     material: Material, diameter_m: float, width_m: float, at: ArrayLike, sides: int = 16
-) -> Part:
+) -> ThingPart:
     """A wheel: a disc whose axle runs along x, ``at`` the middle of its hub."""
     centre = np.asarray(at, dtype=np.float64)
     half = np.array([width_m / 2, 0, 0])
     return rod(material, centre - half, centre + half, diameter_m, sides=sides)
 
 
-def extruded(material: Material, outline: ArrayLike, height_m: float, z: float = 0.0) -> Part:
+def extruded(material: Material, outline: ArrayLike, height_m: float, z: float = 0.0) -> ThingPart:
     """A convex outline (K, 2) in metres, counter-clockwise, as a column."""
     matrix = np.eye(3, 4)
     matrix[2] = (0, 0, height_m, z)
-    return Part(prism(outline), matrix, material)
+    return ThingPart(prism(outline), matrix, material)
 
 
 def rectangle(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.float64]:
@@ -225,13 +225,13 @@ def rectangle(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.float64]
 
 
 def shifted(
-    parts: Iterable[Part], x: float, y: float, z: float = 0.0, yaw: float = 0.0
-) -> list[Part]:
+    parts: Iterable[ThingPart], x: float, y: float, z: float = 0.0, yaw: float = 0.0
+) -> list[ThingPart]:
     """Parts of a smaller thing, moved to their place in a larger one."""
     move = placement(x, y, z, yaw)
     return [replace(part, matrix=composed(move, part.matrix)) for part in parts]
 
 
-def joined(label: str, parts: Sequence[Part], **options: object) -> Thing:
+def joined(label: str, parts: Sequence[ThingPart], **options: object) -> Thing:
     """A thing of these parts."""
     return Thing(label, tuple(parts), **options)  # type: ignore[arg-type]

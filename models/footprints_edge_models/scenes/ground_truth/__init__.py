@@ -1,1 +1,1 @@
-"""What is exactly known of a scene: ground, boxes, voxels."""
+"""Exact ground truth of a scene: pixels, boxes, voxels."""

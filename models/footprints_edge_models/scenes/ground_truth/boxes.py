@@ -1,4 +1,4 @@
-"""True boxes around the things of a scene, in camera axes."""
+"""Exact boxes around the things of a scene, in camera axes."""
 
 from typing import Any
 

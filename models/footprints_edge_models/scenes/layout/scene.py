@@ -1,4 +1,4 @@
-"""A made scene before it is rendered: ground, things, light, and where a camera may stand."""
+"""A scene before it is rendered: ground, things, light, and where a camera may stand."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -6,10 +6,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge_models.scenes.assets.textures import TextureKey
+from footprints_edge_models.scenes.assets.textures.library import TextureKey
 from footprints_edge_models.scenes.assets.things import Patch, Thing
 
-Kind: TypeAlias = Literal["rooms", "street"]
+SceneKind: TypeAlias = Literal["rooms", "street"]
 Colour: TypeAlias = tuple[float, float, float]
 
 
@@ -30,7 +30,7 @@ class Lamp:
 
 @dataclass(frozen=True)
 class Sky:
-    """What is far away, and the light from there.
+    """The sky and the horizon, and their light.
 
     Attributes:
         towards_sun: unit (3,).
@@ -53,7 +53,7 @@ class Sky:
 
 @dataclass(frozen=True)
 class Standpoint:
-    """A rectangle, in x and y, that a camera may stand in, and how often."""
+    """A rectangle, in x and y, that a camera may stand in, and its weight in the draw."""
 
     x0: float
     y0: float
@@ -64,22 +64,22 @@ class Standpoint:
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything but the camera.
+    """A scene without a camera.
 
     Attributes:
         kind: rooms or street.
         ground: the walkable patches, in the world.
         things: what stands there, placed.
         lamps: lights inside; none on streets.
-        sky: what is seen where nothing is.
-        ambient: light that comes from everywhere.
+        sky: the background.
+        ambient: ambient light.
         standpoints: where a camera may be.
         slope: how much the ground rises along x and y; everything rises with it.
         haze_m: distance at which haze hides two thirds of a surface.
-        look_deg: likely headings of a camera, degrees from +x anticlockwise; empty = any.
+        look_deg: preferred headings of a camera, degrees from +x anticlockwise; empty = any.
     """
 
-    kind: Kind
+    kind: SceneKind
     ground: tuple[Patch, ...]
     things: tuple[Thing, ...]
     lamps: tuple[Lamp, ...]

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge_models.scenes.assets.materials import Palette
-from footprints_edge_models.scenes.assets.textures import TextureLibrary
+from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
 from footprints_edge_models.scenes.layout.scene import Colour, Sky
 from footprints_edge_models.scenes.vectors import vector
 
@@ -53,7 +53,7 @@ def draw_sky(palette: Palette, bright: float) -> Sky:
 def sky_colours(
     sky: Sky, directions: NDArray[np.float32], library: TextureLibrary
 ) -> NDArray[np.float32]:
-    """What is seen in unit directions (N, 3): float32 (N, 3)."""
+    """Colours of the sky and the horizon in unit directions (N, 3): float32 (N, 3)."""
     cover = library.draw(sky.clouds)[..., 0].astype(np.float32) / 255
     rise = directions[:, 2]
     up = np.clip(rise, 0, 1)[:, None]

@@ -1,1 +1,1 @@
-"""From a scene to a photo."""
+"""Renders a scene into a photo."""

@@ -1,4 +1,4 @@
-"""Cameras in a scene, and the choice of one that sees something."""
+"""Cameras in a scene, and the choice of a useful one."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import Intrinsics, rays
-from footprints_edge_models.scenes.layout.scene import Kind, Scene
+from footprints_edge_models.scenes.layout.scene import Scene, SceneKind
 from footprints_edge_models.scenes.rendering.geometry import GROUND, Geometry
 from footprints_edge_models.scenes.rendering.raycast import Triangles
 
@@ -55,7 +55,7 @@ def looking(heading: float, pitch_down: float, roll: float) -> NDArray[np.float6
 
 
 def picture_size(size: Size, rng: np.random.Generator) -> Size:
-    """Landscape as asked for, one time in five portrait, one in seven square."""
+    """The size of one picture: landscape as given, 20 % portrait, 14 % square of the same area."""
     dice = rng.random()
     if dice < 0.2:
         return size[1], size[0]
@@ -73,15 +73,15 @@ def choose_camera(
     solids: Triangles,
     outlines: Triangles,
 ) -> Camera:
-    """A random camera that stands free and sees things, not a wall alone, and mostly some ground.
+    """A random camera that stands free and sees objects, not just a wall, and mostly some ground.
 
     Args:
         scene: the scene.
         geometry: its triangles.
         size: (H, W) of the picture.
-        rng: decides.
-        solids: the tree over all triangles.
-        outlines: the tree over the outlines on the ground.
+        rng: draws the camera.
+        solids: ray tracer of all triangles.
+        outlines: ray tracer of the footprints on the ground.
     """
     fallback: tuple[float, Camera] | None = None
     shy = rng.random() < 0.06  # one picture in sixteen may show no ground
@@ -140,7 +140,7 @@ def _draw(scene: Scene, size: Size, rng: np.random.Generator) -> Camera:
     )
 
 
-def _height_and_pitch(kind: Kind, rng: np.random.Generator) -> tuple[float, float]:
+def _height_and_pitch(kind: SceneKind, rng: np.random.Generator) -> tuple[float, float]:
     if rng.random() < 0.2:
         return float(rng.uniform(0.5, 2.5)), float(rng.uniform(-10, 45))
     if kind == "rooms":

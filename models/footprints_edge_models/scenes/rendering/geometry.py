@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge_models.scenes.assets.materials import Material
-from footprints_edge_models.scenes.assets.things import Part, Thing, composed
+from footprints_edge_models.scenes.assets.things import Thing, ThingPart, composed
 from footprints_edge_models.scenes.layout.scene import Scene
 
 GROUND = -1
-"""The thing that walkable ground belongs to."""
+"""The index in ``thing`` of walkable ground."""
 KERB_M = 0.03
 """Patches this high get faces down to the road."""
 GRAINED = frozenset({"wood", "planks", "bark", "metal", "fabric"})
@@ -31,8 +31,8 @@ class Geometry:
         part: int32 (T,), unique for each part and patch.
         materials: what the surfaces are made of.
         is_wall: bool (T,), whether the triangle's thing is a wall.
-        outlines: float32 (F, 3, 3), the ground that things take, as triangles at z = 0.
-        outline_thing: int32 (F,), whose it is.
+        outlines: float32 (F, 3, 3), the footprints of things, as triangles at z = 0.
+        outline_thing: int32 (F,), the thing of each.
     """
 
     points: NDArray[np.float32] = field(repr=False)
@@ -93,7 +93,7 @@ class _Piece:
 
 def _things(scene: Scene, materials: dict[Material, int]) -> _Piece:
     """The triangles of things; those of parts of one shape follow each other."""
-    groups: dict[int, list[tuple[Part, Thing, int, int, int]]] = {}
+    groups: dict[int, list[tuple[ThingPart, Thing, int, int, int]]] = {}
     number = len(scene.ground)
     for index, thing in enumerate(scene.things):
         for part in thing.parts:
@@ -138,7 +138,7 @@ def _things(scene: Scene, materials: dict[Material, int]) -> _Piece:
 
 
 def _uv(
-    parts: list[Part],
+    parts: list[ThingPart],
     turns: NDArray[np.float32],
     numbers: NDArray[np.int32],
     of_part: NDArray[np.int64],

@@ -1,4 +1,4 @@
-"""From light to a photo: exposure, white balance, lens, noise, tone."""
+"""The sensor: exposure, white balance, lens, noise and tone."""
 
 import cv2
 import numpy as np

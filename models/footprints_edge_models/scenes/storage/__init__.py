@@ -1,1 +1,1 @@
-"""Scenes on disk, as samples, and as a contact sheet."""
+"""Scenes on disk, and their contact sheet."""

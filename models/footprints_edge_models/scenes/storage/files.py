@@ -1,7 +1,7 @@
-"""Made scenes on disk: a JPEG and an npz of 20 to 50 kB a scene, written whole or not at all.
+"""Synthetic scenes on disk: a JPEG and an npz of 20 to 50 kB per scene, written atomically.
 
-Depth is kept as 1/z, in which planes are linear, and where the ground is met as its height above
-a plane: both compress well.
+Depth is stored as inverse depth, in which planes are linear, and as height above a plane where the
+ray meets ground: both compress well.
 """
 
 import io
@@ -19,36 +19,36 @@ from numpy.typing import NDArray
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge.geometry.camera import Intrinsics, rays
-from footprints_edge_models.scenes.assets.textures import Split
-from footprints_edge_models.scenes.ground_truth.truth import VISIBLE_GROUND, Truth
+from footprints_edge_models.scenes.assets.textures.library import SceneSplit
+from footprints_edge_models.scenes.ground_truth.pixels import VISIBLE_GROUND, SceneGroundTruth
 from footprints_edge_models.scenes.layout.scene import Scene
 from footprints_edge_models.scenes.rendering.cameras import Camera
 
 MANIFEST = "scenes.json"
 FORMAT = 1
 INVERSE_DEPTH_UNITS = 16384.0
-"""1/z is kept in units of 1/INVERSE_DEPTH_UNITS per metre: right to 0.03 % at 10 m, 0.3 % at
-100 m; nothing nearer than 0.25 m."""
+"""Inverse depth is stored in units of 1/INVERSE_DEPTH_UNITS per metre: right to 0.03 % at 10 m and
+0.3 % at 100 m; nothing is nearer than 0.25 m."""
 NO_GROUND = 255
-"""In place of the ground's height in millimetres, where the ray meets none."""
+"""Stored instead of the ground's height in millimetres where the ray meets no ground."""
 
 
 class SceneFilesError(FootprintsError):
-    """A folder of made scenes is missing, damaged, or was made otherwise."""
+    """A folder of synthetic scenes is missing, damaged, or was begun with other settings."""
 
 
 @dataclass(frozen=True)
 class SceneSettings:
-    """What decides every byte of a folder of scenes but how many there are.
+    """Everything that decides the bytes of a folder of scenes, besides their number.
 
     Attributes:
         split: train or test.
-        seed: of the set.
+        seed: seed of the set.
         size: (H, W) of its landscape pictures.
-        textures: folders of photos, by name, and how many of their photos belong to the split.
+        textures: folders of photos: name, and number of photos that belong to the split.
     """
 
-    split: Split
+    split: SceneSplit
     seed: int
     size: tuple[int, int]
     textures: tuple[tuple[str, int], ...] = ()
@@ -56,15 +56,15 @@ class SceneSettings:
 
 @dataclass(frozen=True)
 class SceneFile:
-    """One scene as read.
+    """One scene, as read.
 
     Attributes:
-        name: of the scene in its folder.
+        name: name of the scene in its folder.
         kind: rooms or street.
         image: uint8 (H, W, 3), RGB.
         intrinsics: in pixels of the picture.
         up: unit (3,), away from the ground, in camera axes.
-        truth: what is true of the picture.
+        ground_truth: its exact labels and depths.
     """
 
     name: str
@@ -72,7 +72,7 @@ class SceneFile:
     image: NDArray[np.uint8] = field(repr=False)
     intrinsics: Intrinsics
     up: NDArray[np.float64]
-    truth: Truth = field(repr=False)
+    ground_truth: SceneGroundTruth = field(repr=False)
 
 
 def scene_name(number: int) -> str:
@@ -81,7 +81,7 @@ def scene_name(number: int) -> str:
 
 
 def scene_names(folder: Path) -> list[str]:
-    """The scenes that are whole, in order.
+    """The names of the scenes, in order.
 
     Raises:
         SceneFilesError: the folder holds no scenes.
@@ -90,8 +90,16 @@ def scene_names(folder: Path) -> list[str]:
     return sorted(path.stem for path in (folder / "truth").glob("*.npz"))
 
 
+def scene_bytes(folder: Path, name: str) -> int | None:
+    """The bytes that a scene takes; None where it is not there."""
+    arrays, image = folder / "truth" / f"{name}.npz", folder / "images" / f"{name}.jpg"
+    if not (arrays.is_file() and image.is_file()):
+        return None
+    return arrays.stat().st_size + image.stat().st_size
+
+
 def write_settings(folder: Path, settings: SceneSettings) -> None:
-    """Begins a folder, or makes sure that one begun before was begun likewise.
+    """Begin a folder, or check that it was begun with the same settings.
 
     Raises:
         SceneFilesError: it was begun with other settings.
@@ -100,7 +108,7 @@ def write_settings(folder: Path, settings: SceneSettings) -> None:
         begun = read_settings(folder)
         if begun != settings:
             raise SceneFilesError(
-                f"{folder}: begun as {begun}, not as {settings}; go on with the same settings, "
+                f"{folder}: begun as {begun}, not as {settings}; resume with the same settings, "
                 "or give another folder"
             )
         return
@@ -117,7 +125,7 @@ def write_settings(folder: Path, settings: SceneSettings) -> None:
 
 
 def read_settings(folder: Path) -> SceneSettings:
-    """How a folder of scenes was made.
+    """The settings of a folder of scenes.
 
     Raises:
         SceneFilesError: it holds none, or those of another version.
@@ -135,7 +143,8 @@ def read_settings(folder: Path) -> SceneSettings:
         )
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise SceneFilesError(
-            f"{path}: no readable settings of made scenes ({error}); make them: fp-train scenes"
+            f"{path}: no readable settings of synthetic scenes ({error}); make them: "
+            "fp-train scenes"
         ) from error
 
 
@@ -145,22 +154,22 @@ def write_scene(
     scene: Scene,
     camera: Camera,
     image: NDArray[np.uint8],
-    truth: Truth,
+    ground_truth: SceneGroundTruth,
     quality: int,
 ) -> int:
-    """Writes a scene; how many bytes it takes."""
+    """Write a scene; returns the bytes that it takes."""
     normal = np.array([-scene.slope[0], -scene.slope[1], 1.0])
     normal /= np.linalg.norm(normal)
     up = camera.rotation.T @ normal
     eye_m = float(normal @ camera.position_m)
     falls = rays(camera.intrinsics, camera.size) @ up
-    met = truth.ground_depth_m > 0
-    height_m = (eye_m + truth.ground_depth_m * falls) / normal[2]
+    met = ground_truth.ground_depth_m > 0
+    height_m = (eye_m + ground_truth.ground_depth_m * falls) / normal[2]
     height_mm = np.where(met, np.clip(np.rint(height_m * 1000), 0, NO_GROUND - 1), NO_GROUND)
-    seen = (truth.visible_depth_m > 0) & (truth.bits & VISIBLE_GROUND == 0)
+    seen = (ground_truth.visible_depth_m > 0) & (ground_truth.bits & VISIBLE_GROUND == 0)
     inverse = np.zeros(camera.size, np.uint16)
     inverse[seen] = np.clip(
-        np.rint(INVERSE_DEPTH_UNITS / truth.visible_depth_m[seen]), 1, 65535
+        np.rint(INVERSE_DEPTH_UNITS / ground_truth.visible_depth_m[seen]), 1, 65535
     ).astype(np.uint16)
     arrays: dict[str, Any] = {
         "kind": np.array(scene.kind),
@@ -170,7 +179,7 @@ def write_scene(
         "up": up,
         "eye_m": np.array(eye_m),
         "rise": np.array(normal[2]),
-        "bits": truth.bits,
+        "bits": ground_truth.bits,
         "ground_height_mm": height_mm.astype(np.uint8),
         "inverse_depth": np.frombuffer(_packed(inverse), np.uint8),
     }
@@ -184,7 +193,7 @@ def write_scene(
 
 
 def read_scene(folder: Path, name: str) -> SceneFile:
-    """Reads a scene.
+    """Read a scene.
 
     Raises:
         SceneFilesError: it is missing or damaged.
@@ -201,7 +210,7 @@ def read_scene(folder: Path, name: str) -> SceneFile:
         encoded = np.fromfile(folder / "images" / f"{name}.jpg", np.uint8)
         picture = cv2.imdecode(encoded, cv2.IMREAD_COLOR)
         if picture is None or picture.shape[:2] != bits.shape:
-            raise ValueError("the picture is damaged, or not of the truth's size")
+            raise ValueError("the picture is damaged, or not of the ground truth's size")
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error, cv2.error) as error:
         raise SceneFilesError(f"{path}: no readable scene ({error}); make it again") from error
     falls = rays(camera, bits.shape) @ up.astype(np.float32)
@@ -213,8 +222,8 @@ def read_scene(folder: Path, name: str) -> SceneFile:
     visible_m[seen] = INVERSE_DEPTH_UNITS / inverse[seen]
     is_ground = bits & VISIBLE_GROUND > 0
     visible_m[is_ground] = ground_m[is_ground]
-    truth = Truth(bits, visible_m, ground_m)
-    return SceneFile(name, kind, cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), camera, up, truth)
+    ground_truth = SceneGroundTruth(bits, visible_m, ground_m)
+    return SceneFile(name, kind, cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), camera, up, ground_truth)
 
 
 def _packed(values: NDArray[np.uint16]) -> bytes:

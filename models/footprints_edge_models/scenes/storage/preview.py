@@ -1,4 +1,4 @@
-"""A contact sheet of made scenes: the photo, what is ground, how far away it is."""
+"""A contact sheet of synthetic scenes: photo, ground labels, ground depth."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from footprints_edge.drawing.colormap import colours_of
 from footprints_edge.foundation.atomic_write import write_atomically
-from footprints_edge_models.scenes.ground_truth.truth import (
+from footprints_edge_models.scenes.ground_truth.pixels import (
     BEHIND_WALL,
     FOOTPRINT,
     GROUND_ANYWHERE,
@@ -31,7 +31,7 @@ Picture = NDArray[np.uint8]
 
 
 def write_preview(folder: Path, path: Path) -> None:
-    """Draws some scenes of a folder, evenly spread, as a PNG.
+    """Draw some scenes of a folder, evenly spread, as a PNG.
 
     Raises:
         SceneFilesError: a scene is damaged, or there is none.
@@ -56,12 +56,12 @@ def write_preview(folder: Path, path: Path) -> None:
     write_atomically(path, cv2.imencode(".png", pixels)[1].tobytes())
 
 
-def labelled(made: SceneFile) -> Picture:
+def labelled(scene: SceneFile) -> Picture:
     """The photo with its ground tinted."""
-    bits = made.truth.bits
+    bits = scene.ground_truth.bits
     behind = bits & BEHIND_WALL > 0
     seen = bits & VISIBLE_GROUND > 0
-    picture = made.image.astype(np.float32) * 0.75
+    picture = scene.image.astype(np.float32) * 0.75
     for word, mask in (
         ("visible ground", seen),
         ("hidden ground", (bits & GROUND_ANYWHERE > 0) & ~seen & ~behind),
@@ -72,10 +72,10 @@ def labelled(made: SceneFile) -> Picture:
     return np.asarray(picture, np.uint8)
 
 
-def _tile(made: SceneFile) -> Picture:
-    distance = colours_of(made.truth.ground_depth_m)
-    distance[made.truth.bits & GROUND_ANYWHERE == 0] = 30
-    return np.vstack([_fitted(p) for p in (made.image, labelled(made), distance)])
+def _tile(scene: SceneFile) -> Picture:
+    distance = colours_of(scene.ground_truth.ground_depth_m)
+    distance[scene.ground_truth.bits & GROUND_ANYWHERE == 0] = 30
+    return np.vstack([_fitted(p) for p in (scene.image, labelled(scene), distance)])
 
 
 def _fitted(picture: Picture) -> Picture:

@@ -1,5 +1,5 @@
-"""Folders of made scenes: what is read is what was true; any number of processes writes the same
-bytes; splits share nothing; the samples that training draws."""
+"""Folders of synthetic scenes: ground truth survives writing and reading, any number of processes
+writes the same bytes, splits share nothing, training draws the right samples."""
 
 import json
 
@@ -10,23 +10,27 @@ from typer.testing import CliRunner
 
 from footprints_edge.geometry.camera import rays
 from footprints_edge_models.cli import app
-from footprints_edge_models.data.datasets import DatasetError, load_datasets
-from footprints_edge_models.sample import NO, TAKEN, UNSEEN, YES
-from footprints_edge_models.scenes.assets.textures import (
-    KINDS,
+from footprints_edge_models.data.errors import DatasetError
+from footprints_edge_models.data.mixture import load_datasets
+from footprints_edge_models.data.readers.synthetic_scenes import (
+    MOST_BEHIND_WALL_M,
+    read_synthetic_scenes,
+)
+from footprints_edge_models.sample import FOOTPRINT, NO, UNSEEN, YES
+from footprints_edge_models.scenes.assets.textures.library import (
     TextureKey,
     TextureLibrary,
     photo_split,
 )
-from footprints_edge_models.scenes.generate import make_scene
-from footprints_edge_models.scenes.ground_truth.truth import (
+from footprints_edge_models.scenes.assets.textures.patterns import PATTERNS
+from footprints_edge_models.scenes.generate import generate_scene
+from footprints_edge_models.scenes.ground_truth.pixels import (
     BEHIND_WALL,
-    FOOTPRINT,
     GROUND_ANYWHERE,
     VISIBLE_GROUND,
 )
+from footprints_edge_models.scenes.ground_truth.pixels import FOOTPRINT as FOOTPRINT_BIT
 from footprints_edge_models.scenes.make import make_scenes
-from footprints_edge_models.scenes.storage.dataset import MOST_BEHIND_WALL_M, read_scenes
 from footprints_edge_models.scenes.storage.files import (
     SceneFilesError,
     SceneSettings,
@@ -47,7 +51,7 @@ def fill(folder, count=4, *, jobs=1, split="train", seed=3, textures=()):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data") / "made_scenes"
+    folder = tmp_path_factory.mktemp("data") / "synthetic_scenes"
     fill(folder, 8)
     return folder
 
@@ -61,13 +65,15 @@ def apart(tmp_path_factory):
 
 @pytest.mark.parametrize("number", range(4))
 def test_what_is_read_is_what_was_true(folder, library, number):
-    made, read = make_scene(library, 3, number, SIZE), read_scene(folder, f"{number:06d}")
-    assert np.array_equal(read.truth.bits, made.truth.bits)
+    made, read = generate_scene(library, 3, number, SIZE), read_scene(folder, f"{number:06d}")
+    assert np.array_equal(read.ground_truth.bits, made.ground_truth.bits)
     assert read.intrinsics == made.camera.intrinsics
-    assert np.array_equal(read.truth.ground_depth_m > 0, made.truth.ground_depth_m > 0)
+    assert np.array_equal(
+        read.ground_truth.ground_depth_m > 0, made.ground_truth.ground_depth_m > 0
+    )
     # beyond a few degrees of the horizon, half a millimetre of height is a lot of depth
     for name, tolerance in (("ground_depth_m", 0.002), ("visible_depth_m", 0.005)):
-        mine, theirs = getattr(read.truth, name), getattr(made.truth, name)
+        mine, theirs = getattr(read.ground_truth, name), getattr(made.ground_truth, name)
         known = (theirs > 0.25) & (theirs < 80)
         assert np.allclose(mine[known], theirs[known], rtol=tolerance)
     difference = np.abs(read.image.astype(float) - made.image).mean()
@@ -88,7 +94,7 @@ def test_a_folder_is_gone_on_with_and_kept(folder, tmp_path):
     before = {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*.npz")}
     (tmp_path / "truth" / "000001.npz").unlink()
     reported = fill(tmp_path, 5)
-    assert sorted(size > 0 for size in reported) == [False, False, True, True, True]
+    assert sorted(outcome.state for outcome in reported) == ["done"] * 3 + ["kept"] * 2
     assert len(scene_names(tmp_path)) == 5
     for path, stamp in before.items():
         if path.stem != "000001":
@@ -112,17 +118,17 @@ def test_a_damaged_scene_is_named(tmp_path):
 
 
 def test_samples_say_what_is_known(folder):
-    samples = read_scenes(folder)
+    samples = read_synthetic_scenes(folder)
     assert len(samples) == 8
     for name, sample in zip(samples.names, samples, strict=True):
-        truth = read_scene(folder, name).truth
+        truth = read_scene(folder, name).ground_truth
         assert ((sample.visible_ground == YES) == (truth.bits & VISIBLE_GROUND > 0)).all()
         assert set(np.unique(sample.visible_ground)) <= {NO, YES}
         gap_m = truth.ground_depth_m - truth.visible_depth_m
         far = (truth.bits & BEHIND_WALL > 0) & (gap_m > MOST_BEHIND_WALL_M)
         assert ((sample.ground == UNSEEN) == far).all()
         known = truth.bits & GROUND_ANYWHERE > 0
-        assert ((sample.ground == TAKEN) == ((truth.bits & FOOTPRINT > 0) & ~far)).all()
+        assert ((sample.ground == FOOTPRINT) == ((truth.bits & FOOTPRINT_BIT > 0) & ~far)).all()
         assert ((sample.ground == YES) == (known & ~far)).all()
         assert ((sample.ground_depth_m > 0) == (sample.ground == YES)).all()
         assert not ((sample.visible_ground == YES) & (sample.ground != YES)).any()
@@ -132,15 +138,15 @@ def test_samples_say_what_is_known(folder):
 
 
 def test_training_finds_them_and_reads_them_when_drawn(folder):
-    dataset = load_datasets(folder.parent)["made_scenes"]
+    dataset = load_datasets(folder.parent)["synthetic_scenes"]
     assert len(dataset.train) == 8
     assert dataset.train[0].image.shape[2] == 3
 
 
 def test_test_scenes_are_not_trained_on(apart):
     with pytest.raises(SceneFilesError, match="test split"):
-        read_scenes(apart)
-    (apart.parent / "made_scenes").symlink_to(apart)
+        read_synthetic_scenes(apart)
+    (apart.parent / "synthetic_scenes").symlink_to(apart)
     with pytest.raises(DatasetError, match="test split"):
         load_datasets(apart.parent)
 
@@ -152,7 +158,7 @@ def test_splits_share_no_scene(folder, apart):
 
 def test_splits_share_no_texture():
     train, test = TextureLibrary("train"), TextureLibrary("test")
-    for kind in set(KINDS) - {"blank"}:  # one grey, to be tinted
+    for kind in set(PATTERNS) - {"blank"}:  # one grey, to be tinted
         drawn = {train.draw(TextureKey(kind, n)).tobytes() for n in range(4)}
         assert not drawn & {test.draw(TextureKey(kind, n)).tobytes() for n in range(4)}
 
@@ -192,10 +198,12 @@ def test_boxes_and_voxels_are_what_the_bench_reads(apart):
         size = made.image.shape[:2]
         grid = read_voxels(apart / "voxels" / f"{name}.npz")
         depth_m, _ = grid.floor(made.intrinsics, size)
-        visible_m = made.truth.visible_depth_m
+        visible_m = made.ground_truth.visible_depth_m
         # SSCNet's volume ends 2.4 m to the side of the camera and 4.8 m ahead
         right = np.abs(rays(made.intrinsics, size)[..., 0])
-        near = (made.truth.bits & VISIBLE_GROUND > 0) & (visible_m * np.maximum(right, 0.6) < 2)
+        near = (made.ground_truth.bits & VISIBLE_GROUND > 0) & (
+            visible_m * np.maximum(right, 0.6) < 2
+        )
         both = near & np.isfinite(depth_m)
         assert both.sum() >= 0.9 * near.sum()
         assert not np.isfinite(depth_m[visible_m > 6]).any()
@@ -218,4 +226,28 @@ def test_the_command_makes_goes_on_and_shows(tmp_path):
 
 def test_a_folder_without_scenes_is_explained(tmp_path):
     with pytest.raises(SceneFilesError, match="fp-train scenes"):
-        read_scenes(tmp_path)
+        read_synthetic_scenes(tmp_path)
+
+
+def test_a_scene_that_fails_costs_only_itself(folder, tmp_path, monkeypatch):
+    def failing(library, seed, number, size):
+        if number == 1:
+            raise ZeroDivisionError("no camera")
+        return generate_scene(library, seed, number, size)
+
+    monkeypatch.setattr("footprints_edge_models.scenes.make.generate_scene", failing)
+    out = tmp_path / "out"
+    arguments = ["scenes", str(out), "--count", "3", "--seed", "3", "--size", "96x160", "-j", "1"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 1, result.output
+    assert "scene 1 failed: ZeroDivisionError: no camera" in result.stderr
+    said = json.loads(result.stdout.splitlines()[-1])
+    assert (said["made"], said["kept"], said["failed"]) == (2, 0, 1)
+    assert scene_names(out) == ["000000", "000002"]
+    monkeypatch.undo()
+    said = json.loads(CliRunner().invoke(app, arguments).stdout.splitlines()[-1])
+    assert (said["made"], said["kept"], said["failed"]) == (1, 2, 0)
+    for name in scene_names(out):
+        assert (out / f"truth/{name}.npz").read_bytes() == (
+            folder / f"truth/{name}.npz"
+        ).read_bytes()

@@ -1,0 +1,35 @@
+"""``fp-train``: training data and training."""
+
+import logging
+import sys
+
+import typer
+
+from footprints_edge_models.cli.ablations import ablations
+from footprints_edge_models.cli.labels import labels
+from footprints_edge_models.cli.scenes import scenes
+from footprints_edge_models.cli.train import edge, reference
+
+app = typer.Typer(
+    name="fp-train",
+    help="Train the networks of footprints-edge.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+
+
+@app.callback()
+def _root() -> None:
+    """Train the networks of footprints-edge."""
+
+
+for command in (edge, reference, ablations, labels, scenes):
+    app.command()(command)
+
+
+def main() -> None:
+    """Entry point of ``fp-train``."""
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    app()

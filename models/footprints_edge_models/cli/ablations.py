@@ -1,0 +1,48 @@
+"""``fp-train ablations``: the paper's ablations of the loss."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from footprints_edge.cli.exit_codes import explained
+from footprints_edge_models.cli.options import (
+    Batch,
+    Data,
+    Device,
+    Init,
+    Schedule,
+    Seed,
+    device_of,
+    recipe_of,
+)
+
+
+def ablations(
+    data: Data,
+    run: Annotated[Path, typer.Option(help="Folder of the runs; unfinished runs are resumed.")],
+    schedule: Schedule = ["128x224:600"],  # noqa: B006  (typer copies it)
+    batch: Batch = 12,
+    seed: Seed = 0,
+    init: Init = None,
+    device: Device = "auto",
+) -> None:
+    """Train the paper's ablations of the loss; print tables of their held-out scores."""
+    with explained("train"):
+        from tqdm import tqdm
+
+        from footprints_edge_models.data.mixture import load_datasets
+        from footprints_edge_models.training.ablations import ABLATIONS, train_ablations
+
+        where = device_of(device)
+        recipe = recipe_of(schedule, batch, seed, init)
+        steps = len(recipe.sizes())
+        datasets = load_datasets(data)
+        with tqdm(total=len(ABLATIONS) * steps, unit="step", disable=None) as bar:
+
+            def progress(name: str, step: int, steps: int, loss: float) -> None:
+                bar.set_postfix_str(f"{name}, loss {loss:.3f}", refresh=False)
+                bar.update(list(ABLATIONS).index(name) * steps + step - bar.n)
+
+            tables = train_ablations(datasets, recipe, run, device=where, progress=progress)
+        typer.echo(tables)

@@ -1,0 +1,73 @@
+"""Options that several commands share, and what they stand for."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    import torch
+
+    from footprints_edge_models.training.recipe import Recipe
+
+Data = Annotated[Path, typer.Argument(help="Folder of the datasets (see CONTRIBUTING.md).")]
+Schedule = Annotated[
+    list[str],
+    typer.Option(metavar="HxW:STEPS", help="Image size and number of steps; repeat for stages."),
+]
+Batch = Annotated[int, typer.Option(min=1, help="Batch size.")]
+Seed = Annotated[int, typer.Option(help="Random seed of weights and data.")]
+Init = Annotated[
+    Path | None, typer.Option(help="Initial weights; default: an ImageNet-pretrained encoder.")
+]
+Device = Annotated[str, typer.Option(help="cpu, cuda, or auto for cuda where there is one.")]
+Jobs = Annotated[
+    int | None,
+    typer.Option("-j", "--jobs", min=1, help="Number of processes; default: one per core."),
+]
+
+
+def recipe_of(
+    schedule: list[str],
+    batch: int,
+    seed: int,
+    init: Path | None,
+    **more: Any,  # noqa: ANN401  (fields of Recipe)
+) -> "Recipe":
+    """The recipe that the options ask for."""
+    from footprints_edge_models.training.recipe import Recipe, ScheduleStage
+
+    stages = tuple(ScheduleStage.parse(text) for text in schedule)
+    weights = None if init is None else str(init)
+    return Recipe(stages, batch=batch, seed=seed, init=weights, **more)
+
+
+def device_of(name: str) -> "torch.device":
+    """The device that ``--device`` names.
+
+    Raises:
+        TrainingError: it is not there.
+    """
+    import torch
+
+    from footprints_edge_models.training.recipe import TrainingError
+
+    if name == "auto":
+        name = "cuda" if torch.cuda.is_available() else "cpu"
+    if name != "cpu" and not (name.startswith("cuda") and torch.cuda.is_available()):
+        raise TrainingError(f"device {name!r}: here only cpu and, where there is one, cuda")
+    return torch.device(name)
+
+
+def size_of(text: str) -> tuple[int, int]:
+    """(H, W) of the option ``--size``.
+
+    Raises:
+        typer.BadParameter: it is no size.
+    """
+    from footprints_edge.foundation.size_text import parse_size
+
+    try:
+        return parse_size(text)
+    except ValueError as error:
+        raise typer.BadParameter(f"--size: {error}") from None

@@ -1,0 +1,107 @@
+"""``fp-train scenes``: synthetic scenes."""
+
+import json
+import time
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained
+from footprints_edge_models.cli.options import Jobs, size_of
+
+if TYPE_CHECKING:
+    from footprints_edge.parallel.job import ItemOutcome
+    from footprints_edge_models.scenes.storage.files import SceneSettings
+
+
+class Purpose(StrEnum):
+    """What synthetic scenes are for."""
+
+    TRAIN = "train"
+    TEST = "test"
+
+
+def scenes(
+    output: Annotated[
+        Path, typer.Argument(help="Folder of the scenes; an unfinished folder is resumed.")
+    ],
+    count: Annotated[int, typer.Option(min=0, help="Number of scenes in the folder at the end.")],
+    seed: Annotated[
+        int, typer.Option(min=0, help="Random seed of the set; each split has its own scenes.")
+    ] = 0,
+    size: Annotated[
+        str,
+        typer.Option(
+            metavar="HxW", help="Size of landscape pictures; a third are portrait or square."
+        ),
+    ] = "256x448",
+    split: Annotated[
+        Purpose, typer.Option(help="test adds boxes and voxels, and shares no texture with train.")
+    ] = Purpose.TRAIN,
+    textures: Annotated[
+        list[Path] | None,
+        typer.Option(
+            exists=True, file_okay=False, help="Folder of photos for textures; repeat for more."
+        ),
+    ] = None,
+    jobs: Jobs = None,
+    preview: Annotated[
+        Path | None, typer.Option(help="Write a contact sheet of the folder, a PNG.")
+    ] = None,
+) -> None:
+    """Make rooms and streets with exact visible and hidden ground; print a summary as JSON.
+
+    Exit codes: 0 all done, 1 some scenes failed, 2 usage.
+    """
+    with explained("train"):
+        from footprints_edge.foundation.cores import usable_cores
+        from footprints_edge_models.scenes.storage.files import SceneSettings
+        from footprints_edge_models.scenes.storage.preview import write_preview
+
+        settings = SceneSettings(split.value, seed, size_of(size))
+        processes = jobs or usable_cores()
+        start = time.perf_counter()
+        outcomes = _make(output, settings, textures or [], count, processes)
+        seconds = time.perf_counter() - start
+        if preview is not None:
+            write_preview(output, preview)
+        written = [o.result for o in outcomes if o.state == "done" and o.result is not None]
+        failed = sum(outcome.state == "failed" for outcome in outcomes)
+        summary = {
+            "scenes": str(output),
+            "split": split.value,
+            "made": len(written),
+            "kept": count - len(written) - failed,
+            "failed": failed,
+            "processes": processes,
+            "scenes_per_second_and_process": round(len(written) / seconds / processes, 2),
+            "bytes_per_scene": round(sum(written) / len(written)) if written else None,
+        }
+        typer.echo(json.dumps(summary))
+        if failed:
+            complain(f"{failed} of {count} scenes failed; run it again to retry them")
+            raise typer.Exit(SOME_FAILED)
+
+
+def _make(
+    output: Path, settings: "SceneSettings", textures: list[Path], count: int, processes: int
+) -> list["ItemOutcome[int, int]"]:
+    """Makes the scenes behind a progress bar; every scene's outcome."""
+    from tqdm import tqdm
+
+    from footprints_edge_models.scenes.make import make_scenes
+
+    outcomes: list[ItemOutcome[int, int]] = []
+    with tqdm(total=count, unit="scene", disable=None) as bar:
+
+        def report(outcome: "ItemOutcome[int, int]") -> None:
+            outcomes.append(outcome)
+            if outcome.state == "failed":
+                bar.clear()
+                complain(f"scene {outcome.item} failed: {outcome.reason}")
+            bar.update()
+
+        make_scenes(output, settings, textures, count, processes, report)
+    return outcomes

@@ -1,0 +1,1 @@
+"""Readers of training data, one layout a file: a folder to samples."""

@@ -1,0 +1,113 @@
+"""Photos with label pictures: ``images/`` and, of the same name, ``labels/``."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import decode
+from footprints_edge_models.data.copy_paste import CopyPastePhotos, CutoutClass, LabelledPhoto
+from footprints_edge_models.data.errors import DatasetError
+from footprints_edge_models.data.readers.pictures import list_pictures
+from footprints_edge_models.sample import NO, UNKNOWN, YES, Sample, nearest, shrunk
+from footprints_edge_models.sequences.folders import WALKABLE
+
+HORIZON_PERCENTILE = 15
+"""The horizon of a collection's photos is this percentile of their highest rows of ground: all of
+them were taken with one kind of camera."""
+COPY_PASTE_SEED = 0
+
+
+@dataclass(frozen=True)
+class PhotoLabels:
+    """The meaning of the label ids of a folder.
+
+    Attributes:
+        walkable: ids of the traversable classes.
+        void: ids without a label.
+        barriers: ids behind which, above the highest visible ground, no ground is looked for.
+        sky: ids behind which there is never ground.
+        things: classes that can be cut out and pasted elsewhere.
+    """
+
+    walkable: tuple[int, ...]
+    void: tuple[int, ...]
+    barriers: tuple[int, ...]
+    sky: tuple[int, ...]
+    things: tuple[CutoutClass, ...] = ()
+
+
+IDD_LITE = PhotoLabels(
+    walkable=(0, 1),
+    void=(255,),
+    barriers=(2, 3, 4, 5, 6),
+    sky=(6,),
+    things=(CutoutClass(2, solid_m=0.4, longest_m=0.8), CutoutClass(3, solid_m=1.6, longest_m=5.0)),
+)
+CAMVID = PhotoLabels(
+    walkable=(3, 4),
+    void=(11,),
+    barriers=(1, 2, 5, 6, 7, 8, 9, 10, 0),
+    sky=(0,),
+    things=(
+        CutoutClass(8, solid_m=1.6, longest_m=5.0),
+        CutoutClass(9, solid_m=0.4, longest_m=0.8),
+        CutoutClass(10, solid_m=0.5, longest_m=2.0),
+    ),
+)
+ADE20K = PhotoLabels(walkable=WALKABLE, void=(0,), barriers=(1, 2, 3, 6, 9), sky=(3,))
+"""The 31 most frequent classes of ADE20K; see the card of the model that made the labels."""
+
+
+def read_photos(folder: Path, labels: PhotoLabels) -> Iterator[Sample]:
+    """Photos in ``images/`` with a label picture of the same name in ``labels/``."""
+    for image_path in list_pictures(folder / "images"):
+        image = decode(image_path).rgb
+        ids = _label_ids(folder / "labels" / f"{image_path.stem}.png", image.shape[:2])
+        visible = np.where(np.isin(ids, labels.walkable), YES, NO).astype(np.uint8)
+        visible[np.isin(ids, labels.void)] = UNKNOWN
+        ground = np.full(visible.shape, UNKNOWN, np.uint8)
+        ground[np.isin(ids, labels.sky)] = NO
+        rows = np.flatnonzero((visible == YES).sum(axis=1) > 2)
+        if rows.size:
+            above = slice(0, max(0, rows[0] - round(0.04 * len(visible))))
+            ground[above][np.isin(ids[above], labels.barriers)] = NO
+        ground[visible == YES] = YES
+        height, width = visible.shape
+        camera = Intrinsics.assumed((height, width))
+        yield shrunk(Sample(f"{folder.name}/{image_path.stem}", image, camera, visible, ground))
+
+
+def read_copy_paste(
+    folder: Path, labels: PhotoLabels, samples: Sequence[Sample]
+) -> CopyPastePhotos:
+    """Photos of a folder with things of its own photos pasted into them.
+
+    Args:
+        folder: folder of the photos.
+        labels: meaning of the label ids.
+        samples: the photos to use, as :func:`read_photos` gives them.
+    """
+    tops = [np.argmax((s.visible_ground == YES).sum(axis=1) > 2) / len(s.image) for s in samples]
+    seen = [top for top in tops if top > 0]
+    horizon = float(np.percentile(seen, HORIZON_PERCENTILE)) if seen else 0.5
+    photos = []
+    for sample in samples:
+        size = (sample.image.shape[0], sample.image.shape[1])
+        ids = _label_ids(folder / "labels" / f"{sample.name.rsplit('/', 1)[-1]}.png", None)
+        photos.append(LabelledPhoto(sample, nearest(ids, size), horizon * size[0]))
+    return CopyPastePhotos(photos, labels.things, COPY_PASTE_SEED)
+
+
+def _label_ids(path: Path, size: tuple[int, int] | None) -> NDArray[np.uint8]:
+    try:
+        ids = np.asarray(Image.open(path))
+    except OSError as error:
+        raise DatasetError(f"{path}: no readable label picture ({error})") from error
+    if size is not None and ids.shape != size:
+        raise DatasetError(f"{path}: labels are {ids.shape}, the picture is {size}")
+    return ids

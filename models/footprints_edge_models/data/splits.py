@@ -1,0 +1,85 @@
+"""Which samples of a dataset are trained on and which are held out.
+
+Rules look at names and order only: they split samples, and whatever else is named as samples are.
+To add a dataset, name its rule in ``SPLITS``.
+"""
+
+import zlib
+from collections.abc import Sequence
+from typing import Protocol, TypeVar
+
+
+class Named(Protocol):
+    """Has the name of a sample."""
+
+    @property
+    def name(self) -> str:
+        """Dataset and frame."""
+
+
+NamedT = TypeVar("NamedT", bound=Named)
+
+
+class SplitRule(Protocol):
+    """Divides samples into those trained on and those held out."""
+
+    def __call__(self, samples: Sequence[NamedT], /) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
+        """Both, in order."""
+
+
+def train_on_all(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
+    """Holds nothing out."""
+    return samples, []
+
+
+def hold_out_last(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
+    """Holds out the last fiftieth, at most 100: synthetic scenes are all different."""
+    cut = len(samples) - min(100, len(samples) // 50)
+    return samples[:cut], samples[cut:]
+
+
+def hold_out_clip_end(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
+    """Holds out the last fifth of a clip and drops the twentieth before it.
+
+    Neighbouring frames are alike: the gap keeps them from being on both sides.
+    """
+    return samples[: len(samples) * 3 // 4], samples[len(samples) * 4 // 5 :]
+
+
+def hold_out_groups(one_in: int) -> SplitRule:
+    """Holds out one group in ``one_in``: a drive or a house, the name up to its last underscore.
+
+    A checksum of that name decides, so that adding photos moves no other photo.
+    """
+
+    def is_held_out(sample: Named) -> bool:
+        return zlib.crc32(sample.name.rsplit("_", 1)[0].encode()) % one_in == 0
+
+    def split(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
+        return [s for s in samples if not is_held_out(s)], [s for s in samples if is_held_out(s)]
+
+    return split
+
+
+SPLITS: dict[str, SplitRule] = {
+    "idd_lite": hold_out_groups(5),
+    "camvid": train_on_all,
+    "houses": hold_out_groups(20),
+    "hololens_office": hold_out_clip_end,
+    "seven_scenes_kitchen": hold_out_clip_end,
+    "kitti_grey_stereo": hold_out_clip_end,
+    "kitti_raw": hold_out_clip_end,
+    "matterport_raw": hold_out_clip_end,
+    "synthetic_scenes": hold_out_last,
+}
+"""By name of the dataset's folder."""
+
+
+def held_out(dataset: str, items: Sequence[NamedT]) -> Sequence[NamedT]:
+    """The part of a dataset that training holds out; all of a dataset without a rule.
+
+    Args:
+        dataset: name of its folder.
+        items: all of it in order, named as its samples are: folder name, slash, file name.
+    """
+    return SPLITS[dataset](items)[1] if dataset in SPLITS else items

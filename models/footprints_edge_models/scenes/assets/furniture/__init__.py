@@ -1,0 +1,1 @@
+"""Furniture and what stands on it. Every maker gives a thing whose front looks along -y."""

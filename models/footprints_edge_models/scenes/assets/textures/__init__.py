@@ -1,0 +1,1 @@
+"""Textures: procedural patterns and crops of photos."""

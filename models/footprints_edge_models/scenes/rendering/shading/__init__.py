@@ -1,0 +1,1 @@
+"""Shading: from what rays meet to linear light."""

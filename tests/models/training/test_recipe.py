@@ -1,0 +1,87 @@
+"""Recipes: schedules, learning rates, and the switches of the loss."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from footprints_edge_models.data.targets import Targets
+from footprints_edge_models.training.losses import ground_loss
+from footprints_edge_models.training.recipe import Recipe, ScheduleStage, TrainingError, switched
+
+
+def test_a_stage_is_read_from_text():
+    assert ScheduleStage.parse("192x320:1800") == ScheduleStage((192, 320), 1800)
+    assert ScheduleStage.parse("32X64:1") == ScheduleStage((32, 64), 1)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "192x320", "192:320:10", "192x320:x", "ax320:5", "100x320:5", "192x320:0"),
+        *("0x320:5", "-32x64:5", "192x320x64:5", "192x320:-1", "192x320:1.5"),
+    ],
+)
+def test_a_stage_that_is_none_is_named(text):
+    with pytest.raises(TrainingError) as caught:
+        ScheduleStage.parse(text)
+    assert repr(text) in str(caught.value)
+
+
+def test_the_rate_warms_up_and_falls_to_nothing():
+    recipe = Recipe((ScheduleStage((32, 32), 100),), warmup_steps=10)
+    rates = [recipe.lr_factor(step) for step in range(100)]
+    assert rates[0] == pytest.approx(0.1)
+    assert rates[9:11] == pytest.approx([1, 1])
+    assert np.diff(rates[:10]).min() > 0
+    assert np.diff(rates[10:]).max() < 0
+    assert rates[55] == pytest.approx(0.5)
+    assert rates[-1] < 0.01
+
+
+def one_pixel(**known):
+    zero = torch.zeros(1, 1, 1)
+    fields = dict.fromkeys(Targets.__dataclass_fields__, zero)
+    return Targets(**(fields | {name: torch.full((1, 1, 1), v) for name, v in known.items()}))
+
+
+@pytest.mark.parametrize(
+    ("switch", "known", "probability", "expected"),
+    [
+        # eq. 3a, 3b and 3c on one pixel of probability 0.8, each as published and switched
+        ({}, {"untraversable": 1.0}, 0.8, -math.log(0.2)),
+        ({"footprint_masks": False}, {"untraversable": 1.0}, 0.8, -0.25 * math.log(0.2)),
+        ({"footprint_masks": False}, {"untraversable": 3.0}, 0.8, -0.25 * math.log(0.2)),
+        ({}, {"unknown_weight": 0.25}, 0.8, -0.25 * math.log(0.2)),
+        ({"lambda_unknown": 0.0}, {"unknown_weight": 0.25}, 0.8, 0.0),
+        ({"lambda_unknown": 1.0}, {"unknown_weight": 0.25}, 0.8, -math.log(0.2)),
+        (
+            {"lambda_unknown": 0.5, "footprint_masks": False},
+            {"untraversable": 1.0},
+            0.8,
+            -0.5 * math.log(0.2),
+        ),
+        ({}, {"ground": 1.0, "moving": 1.0}, 0.8, 0.0),
+        ({"moving_objects": False}, {"ground": 1.0, "moving": 1.0}, 0.8, -math.log(0.8)),
+    ],
+)
+def test_the_papers_ablations_are_switches(switch, known, probability, expected):
+    recipe = Recipe((ScheduleStage((32, 32), 1),), **switch)
+    logit = torch.full((1, 1, 1), math.log(probability / (1 - probability)))
+    loss = ground_loss(logit, switched(one_pixel(**known), recipe))
+    assert loss.item() == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_scale_lowers_every_learning_rate():
+    stages = (ScheduleStage((32, 32), 100),)
+    usual, lower = Recipe(stages), Recipe(stages, lr_scale=0.25)
+    for step in range(100):
+        assert lower.lr_factor(step) == pytest.approx(usual.lr_factor(step) / 4)
+    with pytest.raises(TrainingError, match="scale 0"):
+        Recipe(stages, lr_scale=0.0)
+
+
+def test_lambda_is_a_share():
+    with pytest.raises(TrainingError, match="between 0 and 1"):
+        Recipe((ScheduleStage((32, 32), 1),), lambda_unknown=1.5)

@@ -1,0 +1,49 @@
+"""`fp-infer --path`, and the occupancy grid as a file."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+pytest.importorskip("skimage")
+
+
+@pytest.fixture
+def green_photo(tmp_path):
+    """A picture that the tiny model finds to be ground all over, on a plane below the camera."""
+    rgb = np.zeros((96, 128, 3), np.uint8)
+    rgb[..., 1] = 220
+    rgb[..., 2] = np.linspace(30, 250, 96, dtype=np.uint8)[:, None]
+    Image.fromarray(rgb).save(tmp_path / "green.png")
+    return tmp_path / "green.png"
+
+
+def test_path_draws_both_paths_side_by_side(infer, green_photo):
+    result = infer(green_photo, "--path", "20,90", "110,40", "--margin", "0.001")
+    assert result.exit_code == 0, result.output
+    drawn = Path(f"{green_photo}.path.png")
+    assert str(drawn) in result.stdout.splitlines()
+    with Image.open(drawn) as image:
+        pixels = np.asarray(image.convert("RGB")).astype(int)
+    yellow = np.abs(pixels - (255, 235, 59)).max(axis=-1) < 20
+    middle = pixels.shape[1] // 2
+    assert yellow[:, :middle].any() and yellow[:, middle:].any()
+
+
+def test_errors_of_a_path_are_explained(infer, green_photo):
+    outside = infer(green_photo, "--path", "20,90", "999,40")
+    assert outside.exit_code == 1
+    assert "the goal (999.0, 40.0) px is outside the picture" in outside.stderr
+    nonsense = infer(green_photo, "--path", "20,90", "here")
+    assert nonsense.exit_code == 2
+    assert "X0,Y0 X1,Y1" in nonsense.stderr
+
+
+def test_topdown_writes_the_map_of_a_picture(infer, green_photo):
+    result = infer(green_photo, "--format", "topdown")
+    assert result.exit_code == 0, result.output
+    assert [Path(line).name for line in result.stdout.splitlines()] == [
+        "green.png.topdown.png",
+        "green.png.topdown.yaml",
+    ]

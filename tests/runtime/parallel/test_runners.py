@@ -1,0 +1,109 @@
+"""Many items in this process and in others: every item has one outcome, whatever happens."""
+
+import importlib
+from collections import Counter
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from footprints_edge.parallel.job import in_runs
+from footprints_edge.parallel.processes import DIED_TWICE, run_in_processes
+from footprints_edge.parallel.serial import run_serially
+
+RUNNERS = {
+    "serial": run_serially,
+    "one process": partial(run_in_processes, processes=1),
+    "two processes": partial(run_in_processes, processes=2),
+    "item by item": partial(run_in_processes, processes=2, run_length=1),
+}
+
+
+@pytest.fixture
+def squares(monkeypatch):
+    """The class of stand-in jobs, where worker processes find it too."""
+    monkeypatch.syspath_prepend(Path(__file__).parent)
+    return importlib.import_module("scripted_job").Squares
+
+
+@pytest.fixture(params=list(RUNNERS))
+def runner(request):
+    return RUNNERS[request.param]
+
+
+def run(runner, job, items):
+    outcomes = []
+    runner(job, items, outcomes.append)
+    assert sorted(outcome.item for outcome in outcomes) == sorted(items)
+    return {outcome.item: outcome for outcome in outcomes}
+
+
+def states(outcomes):
+    return Counter(outcome.state for outcome in outcomes.values())
+
+
+def test_every_item_is_done_once(runner, squares, tmp_path):
+    job = squares(tmp_path)
+    outcomes = run(runner, job, range(6))
+    assert {item: outcome.result for item, outcome in outcomes.items()} == {
+        item: item**2 for item in range(6)
+    }
+    assert states(outcomes) == {"done": 6}
+    assert sorted(job.begun()) == list(range(6))
+    assert job.starts() <= 2
+
+
+def test_finished_items_are_kept_and_not_done_again(runner, squares, tmp_path):
+    (tmp_path / "2.txt").write_text("40")
+    job = squares(tmp_path)
+    outcomes = run(runner, job, range(4))
+    assert (outcomes[2].state, outcomes[2].result) == ("kept", 40)
+    assert sorted(job.begun()) == [0, 1, 3]
+    assert states(run(runner, job, range(4))) == {"kept": 4}
+    assert sorted(job.begun()) == [0, 1, 3]
+
+
+def test_an_item_that_fails_costs_only_itself(runner, squares, tmp_path):
+    outcomes = run(runner, squares(tmp_path, fails_at=(1,), crashes_at=(2,)), range(5))
+    assert states(outcomes) == {"done": 3, "failed": 2}
+    assert outcomes[1].reason == "no file for 1"
+    assert outcomes[2].reason == "ZeroDivisionError: what nobody thought of"
+    assert outcomes[1].result is None
+
+
+def test_no_items_start_no_worker(runner, squares, tmp_path):
+    job = squares(tmp_path)
+    assert run(runner, job, []) == {}
+    assert job.starts() == 0
+
+
+@pytest.mark.parametrize("name", ["one process", "item by item"])
+def test_a_killed_worker_is_replaced(name, squares, tmp_path):
+    job = squares(tmp_path, dies_once_at=(1,), dies_at=(3,))
+    outcomes = run(RUNNERS[name], job, range(6))
+    assert states(outcomes) == {"done": 5, "failed": 1}
+    assert outcomes[3].reason == DIED_TWICE
+    assert Counter(job.begun()) == Counter([*range(6), 1, 3])
+
+
+def test_what_a_killed_worker_had_finished_is_not_done_again(squares, tmp_path):
+    job = squares(tmp_path, dies_late_at=(1,))
+    outcomes = run(RUNNERS["one process"], job, range(3))
+    assert states(outcomes) == {"done": 3}
+    assert job.begun() == [0, 1, 2]
+
+
+def test_each_process_takes_one_contiguous_part(squares, tmp_path):
+    job = squares(tmp_path)
+    run(RUNNERS["two processes"], job, range(7))
+    assert job.by_process() == [[0, 1, 2, 3], [4, 5, 6]]
+
+
+@pytest.mark.parametrize(("count", "parts"), [(0, 3), (2, 5), (7, 3), (9, 3), (10, 4)])
+def test_runs_are_contiguous_and_about_equal(count, parts):
+    items = list(range(count))
+    runs = list(in_runs(items, parts))
+    assert [item for part in runs for item in part] == items
+    assert len(runs) == min(parts, count)
+    lengths = [len(part) for part in runs] or [0]
+    assert max(lengths) - min(lengths) <= 1

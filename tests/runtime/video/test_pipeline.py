@@ -1,0 +1,250 @@
+"""The pipeline of a video: order, concurrency, live sources, failures and interrupts."""
+
+import threading
+import time
+from itertools import count
+
+import numpy as np
+import pytest
+from videos import shade
+
+from footprints_edge.errors import ModelError, VideoError
+from footprints_edge.video.capture import Video, VideoFrame, open_video
+from footprints_edge.video.pipeline import QUEUE_SIZE, run_pipeline
+
+PATIENCE_S = 20
+"""Events and barriers fail after this time; a pipeline that works never waits so long."""
+
+
+class Collector:
+    """A sink that keeps its frames; it may be slow, or fail at a frame."""
+
+    def __init__(self, delay_s=0.0, fails_at=None):
+        self.got, self.closed, self.delay_s, self.fails_at = [], 0, delay_s, fails_at
+
+    def write(self, frame, prediction):
+        if len(self.got) == self.fails_at:
+            raise OSError("disk full")
+        time.sleep(self.delay_s)
+        self.got.append((frame.index, prediction))
+
+    def close(self):
+        self.closed += 1
+
+    @property
+    def indices(self):
+        return [index for index, _ in self.got]
+
+
+class WaitingSink(Collector):
+    """A sink that calls a function with each frame's index before it keeps the frame."""
+
+    def __init__(self, before):
+        super().__init__()
+        self._before = before
+
+    def write(self, frame, prediction):
+        self._before(frame.index)
+        super().write(frame, prediction)
+
+
+def source(frames, live=False):
+    return Video("synthetic", live, 30.0, frames)
+
+
+def numbered(index):
+    """A frame that carries its number in every pixel."""
+    return VideoFrame(index, index / 30, np.full((4, 4, 3), index, np.uint8))
+
+
+def number_of(rgb):
+    return int(rgb[0, 0, 0])
+
+
+def some_frames(number, broken=()):
+    for index in range(number):
+        yield VideoFrame(index, index / 30, None if index in broken else shade(0))
+
+
+def test_every_frame_of_a_file_reaches_the_sinks_in_order():
+    sink = Collector(delay_s=0.002)
+    stats = run_pipeline(source(some_frames(50)), lambda rgb: rgb.sum(), [sink])
+    assert sink.indices == list(range(50))
+    assert (stats.frames, stats.dropped, stats.broken, sink.closed) == (50, 0, 0, 1)
+
+
+def test_stages_overlap():
+    """Decoding frame 2, predicting frame 1 and writing frame 0 each wait for the two others."""
+    together = threading.Barrier(3, timeout=PATIENCE_S)
+
+    def decoded():
+        yield numbered(0)
+        yield numbered(1)
+        together.wait()
+        yield numbered(2)
+
+    def predict(rgb):
+        if number_of(rgb) == 1:
+            together.wait()
+
+    sink = WaitingSink(lambda index: together.wait() if index == 0 else None)
+    run_pipeline(source(decoded()), predict, [sink])
+    assert sink.indices == [0, 1, 2]
+
+
+def test_frames_are_predicted_in_parallel_and_come_out_in_order():
+    """Three frames at a time wait for each other, and the first of them ends last."""
+    together = threading.Barrier(3, timeout=PATIENCE_S)
+    ended = [threading.Event() for _ in range(24)]
+    followed = []
+
+    def predict(rgb):
+        index = number_of(rgb)
+        together.wait()
+        if index % 3 == 0:
+            assert all(event.wait(PATIENCE_S) for event in ended[index + 1 : index + 3])
+        ended[index].set()
+        return index
+
+    def then(number):
+        followed.append(number)
+        return -number
+
+    sink = Collector()
+    stats = run_pipeline(source(map(numbered, range(24))), predict, [sink], at_once=3, then=then)
+    assert followed == list(range(24))
+    assert sink.got == [(i, -i) for i in range(24)]
+    assert (stats.frames, stats.broken) == (24, 0)
+
+
+def test_a_live_source_does_not_hold_back_predicted_frames():
+    """The camera sends its second frame only after the first one is written."""
+    first_written = threading.Event()
+    in_time = []
+
+    def camera():
+        yield numbered(0)
+        in_time.append(first_written.wait(PATIENCE_S))
+        yield numbered(1)
+
+    sink = WaitingSink(lambda _: first_written.set())
+    run_pipeline(source(camera(), live=True), number_of, [sink], at_once=2)
+    assert in_time == [True]
+    assert sink.indices == [0, 1]
+
+
+def test_a_live_source_keeps_all_predictors_busy():
+    """Predictions end only once four of them run; the camera sends a frame as one begins."""
+    together = threading.Barrier(4, timeout=PATIENCE_S)
+    begun = [threading.Event() for _ in range(8)]
+
+    def camera():
+        for index in range(8):
+            yield numbered(index)
+            assert begun[index].wait(PATIENCE_S)
+
+    def predict(rgb):
+        begun[number_of(rgb)].set()
+        together.wait()
+
+    sink = Collector()
+    stats = run_pipeline(source(camera(), live=True), predict, [sink], at_once=4)
+    assert (stats.frames, stats.dropped) == (8, 0)
+
+
+def test_begun_frames_are_written_when_the_video_is_interrupted():
+    begun = []
+
+    def predict(rgb):
+        begun.append(number_of(rgb))
+        time.sleep(0.05)
+        return begun[-1]
+
+    def stop(stats):
+        if stats.frames == 3:
+            raise KeyboardInterrupt
+
+    sink = Collector()
+    stats = run_pipeline(source(map(numbered, range(100))), predict, [sink], stop, at_once=4)
+    assert stats.interrupted
+    assert sink.indices == sorted(begun)
+    assert len(begun) < 20
+
+
+def test_a_file_waits_for_a_slow_consumer():
+    read = []
+
+    def watched():
+        for frame in some_frames(30):
+            read.append(frame.index)
+            yield frame
+
+    sink = Collector(delay_s=0.01)
+    lead = []
+    run_pipeline(
+        source(watched()),
+        lambda _: None,
+        [sink],
+        lambda stats: lead.append(len(read) - stats.frames),
+    )
+    assert max(lead) <= QUEUE_SIZE + 2
+    assert len(sink.got) == 30
+
+
+def test_a_live_source_drops_the_oldest_frames_and_never_waits():
+    """The sink writes nothing until the camera has sent all of its frames."""
+    sent = threading.Event()
+
+    def camera():
+        yield from some_frames(100)
+        sent.set()
+
+    def wait_for_camera(_):
+        assert sent.wait(PATIENCE_S), "the camera had to wait for the sink"
+
+    sink = WaitingSink(wait_for_camera)
+    stats = run_pipeline(source(camera(), live=True), lambda _: None, [sink])
+    assert sink.indices == sorted(sink.indices)
+    assert sink.indices[-1] == 99
+    assert stats.frames <= 3 * (QUEUE_SIZE + 1)  # waiting or under way when the last one came
+    assert stats.dropped + stats.frames == 100
+
+
+def test_broken_frames_are_counted_and_the_others_come_out():
+    calls = count()
+
+    def predict(rgb):
+        if next(calls) == 2:
+            raise ModelError("no memory for this one")
+        return rgb
+
+    sink = Collector()
+    stats = run_pipeline(source(some_frames(10, broken={4, 5})), predict, [sink])
+    assert sink.indices == [0, 1, 3, 6, 7, 8, 9]
+    assert (stats.frames, stats.broken) == (7, 3)
+    assert stats.reason == "frame 2: no memory for this one"
+
+
+def test_a_failing_sink_stops_the_video_and_all_sinks_are_closed():
+    good, bad = Collector(), Collector(fails_at=3)
+    endless = (VideoFrame(index, index / 30, shade(0)) for index in count())
+    with pytest.raises(OSError, match="disk full"):
+        run_pipeline(source(endless), lambda rgb: rgb, [good, bad])
+    assert (good.closed, bad.closed) == (1, 1)
+
+
+def test_an_error_of_the_source_is_raised_after_its_frames_are_written():
+    def failing():
+        yield from some_frames(5)
+        raise VideoError("the camera is gone")
+
+    sink = Collector()
+    with pytest.raises(VideoError, match="the camera is gone"):
+        run_pipeline(source(failing()), lambda rgb: rgb, [sink])
+    assert (len(sink.got), sink.closed) == (5, 1)
+
+
+def test_no_thread_is_left_behind(clip):
+    before = threading.active_count()
+    run_pipeline(open_video(str(clip)), lambda rgb: rgb, [Collector()])
+    assert threading.active_count() == before

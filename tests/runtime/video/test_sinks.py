@@ -1,0 +1,76 @@
+"""Output files of a video: names, an overlay video, and JSON Lines."""
+
+import json
+
+import numpy as np
+import pytest
+from predictions import make_prediction
+from videos import indices_of
+
+from footprints_edge.errors import OutputError
+from footprints_edge.video.capture import VideoFrame, open_video
+from footprints_edge.video.sinks import SUFFIXES, open_sinks, video_paths
+
+pytest.importorskip("cv2")
+
+SIZE = (64, 96)
+
+
+def prediction_of(index):
+    """A frame of one grey level with ground in its lower half, 1 m per frame away."""
+    ground = np.repeat(np.arange(64) >= 32, 96).reshape(SIZE)
+    picture = np.full((*SIZE, 3), 20 + 4 * index, np.uint8)
+    return make_prediction(np.full(SIZE, index + 1.0), ground=ground, picture=picture)
+
+
+def frame(index):
+    return VideoFrame(index, index / 10, prediction_of(index).rgb)
+
+
+def test_files_are_named_after_the_video(tmp_path):
+    paths = video_paths(tmp_path, "a.mp4", ["json", "overlay"])
+    assert list(paths.items()) == [
+        ("json", tmp_path / "a.mp4.jsonl"),
+        ("overlay", tmp_path / "a.mp4.overlay.mp4"),
+    ]
+
+
+@pytest.mark.parametrize("formats", [["npz"], ["overlay", "gif"], []])
+def test_other_formats_are_refused_with_those_of_videos(tmp_path, formats):
+    with pytest.raises(OutputError, match="choose from overlay, json"):
+        video_paths(tmp_path, "a.mp4", formats)
+
+
+def test_each_line_can_be_read_as_soon_as_its_frame_is_written(tmp_path):
+    path = tmp_path / "new" / "a.jsonl"
+    (sink,) = open_sinks({"json": path}, 10.0)
+    for index in range(3):
+        sink.write(frame(index), prediction_of(index))
+        lines = [json.loads(line) for line in path.read_text().splitlines()]
+        assert [line["frame"] for line in lines] == list(range(index + 1))
+    sink.close()
+    assert [line["time_s"] for line in lines] == [0.0, 0.1, 0.2]
+    assert [line["ground_fraction"]["all"] for line in lines] == [0.5] * 3
+    assert [line["ground_distance_m"]["nearest"] for line in lines] == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize("bev", [False, True])
+def test_the_overlay_has_a_frame_for_each_prediction(tmp_path, bev):
+    path = tmp_path / "a.overlay.mp4"
+    (sink,) = open_sinks({"overlay": path}, 12.0, bev=bev)
+    for index in range(4):
+        sink.write(frame(index), prediction_of(index))
+    sink.close()
+    video = open_video(str(path))
+    assert (video.fps, video.total) == (12, 4)
+    assert len(indices_of(video)) == 4
+    first = next(open_video(str(path)).frames).rgb
+    assert first.shape[0] > SIZE[0]  # the legend
+    assert (first.shape[1] > 300) == bev
+
+
+def test_a_file_in_place_of_the_folder_is_explained(tmp_path):
+    (tmp_path / "file").write_text("")
+    for name in SUFFIXES:
+        with pytest.raises(OutputError, match="cannot write"):
+            open_sinks({name: tmp_path / "file" / "a"}, 10.0)
