@@ -11,7 +11,7 @@ from footprints_edge_bench.navigation.path_planning import random_ends, score_ro
 SIZE = (20, 30)
 
 
-def truth_of(ground, visible, valid=None):
+def ground_truth_of(ground, visible, valid=None):
     everywhere = np.ones(SIZE, bool)
     return GroundTruth(
         Path("none.jpg"),
@@ -30,7 +30,7 @@ def corridor():
     visible[:, 20:] = False
     valid = np.ones(SIZE, bool)
     valid[:2] = False
-    return truth_of(ground, visible, valid)
+    return ground_truth_of(ground, visible, valid)
 
 
 def test_paths_go_from_visible_to_hidden_ground(corridor):
@@ -45,7 +45,7 @@ def test_paths_go_from_visible_to_hidden_ground(corridor):
 
 
 def test_without_hidden_ground_there_is_no_path(corridor):
-    seen = truth_of(corridor.ground.mask, corridor.ground.mask)
+    seen = ground_truth_of(corridor.ground.mask, corridor.ground.mask)
     assert list(random_ends(seen, 5, np.random.default_rng(0))) == []
     unknown = GroundTruth(Path("none.jpg"), SIZE, ground=corridor.ground)
     assert list(random_ends(unknown, 5, np.random.default_rng(0))) == []
