@@ -1,1 +1,1 @@
-"""How fast and how accurate the models are, measured."""
+"""Benchmarks of the models: accuracy, navigation, temporal consistency, speed."""

@@ -1,9 +1,12 @@
 """Tiny models and made-up views that the benchmark's tests share."""
 
+import json
+
 import numpy as np
 import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
+from PIL import Image
 from predictions import make_prediction
 
 from footprints_edge.geometry.camera import Intrinsics
@@ -98,3 +101,43 @@ def predicted(camera):
         )
 
     return make
+
+
+@pytest.fixture
+def clip(tmp_path, camera, pose, floor_of):
+    """Ten frames of a floor with a crate, from left and right; the world's z points up."""
+    folder = tmp_path / "walk"
+    (folder / "images").mkdir(parents=True)
+    (folder / "depth").mkdir()
+    low, high = np.array([-0.3, 1.7, 0]), np.array([0.3, 2.1, 0.4])
+    frames = []
+    for i, x in enumerate(np.linspace(-1.0, 1.0, 10)):
+        view = pose(down_deg=35, x=x)
+        points, floor_m = floor_of(view)
+        directions = (points - view[:3, 3]) / np.where(floor_m > 0, floor_m, 1)[..., None]
+        with np.errstate(divide="ignore"):
+            first, second = (low - view[:3, 3]) / directions, (high - view[:3, 3]) / directions
+        enter = np.minimum(first, second).max(-1)
+        hit = (enter < np.maximum(first, second).min(-1)) & (floor_m > 0)
+        depth_m = np.where(hit, enter, np.where(floor_m < 6, floor_m, 0))
+        depth_mm = Image.fromarray(np.rint(1000 * depth_m).astype(np.uint16))
+        depth_mm.save(folder / "depth" / f"f{i}.png")
+        Image.new("RGB", (160, 120), (90, 90, 90)).save(folder / "images" / f"f{i}.jpg")
+        frames.append({"name": f"f{i}", "camera_to_world": view.tolist()})
+    K = [[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]]
+    (folder / "sequence.json").write_text(
+        json.dumps({"intrinsics": K, "gravity_direction": [0, 0, -1], "frames": frames})
+    )
+    return folder
+
+
+@pytest.fixture(scope="session")
+def scenes(tmp_path_factory):
+    """A folder of three small synthetic scenes of the test split."""
+    pytest.importorskip("embreex", reason="synthetic scenes are rendered by ray casting")
+    from footprints_edge_models.scenes.make import make_scenes
+    from footprints_edge_models.scenes.storage.files import SceneSettings
+
+    folder = tmp_path_factory.mktemp("scenes") / "synthetic"
+    make_scenes(folder, SceneSettings("test", 5, (96, 160)), [], 3, 1, lambda _: None)
+    return folder

@@ -1,1 +1,1 @@
-"""How accurate models and the paper's baselines are."""
+"""Accuracy of models and of the paper's baselines."""

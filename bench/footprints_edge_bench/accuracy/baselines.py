@@ -1,6 +1,6 @@
 """The paper's baselines (section "Experiments", "Baselines"), one row of its tables each.
 
-Where a baseline starts from visible ground or depth, these are the first model's predictions.
+Baselines that start from visible ground or depth use the predictions of the first model.
 """
 
 import zlib
@@ -15,7 +15,7 @@ from footprints_edge.prediction import Prediction
 from footprints_edge_bench.geometry.boxes import Box
 from footprints_edge_bench.geometry.convex_hull import convex_hull
 from footprints_edge_bench.geometry.voxels import VoxelGrid
-from footprints_edge_bench.ground_truth.base import Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth
 
 NOTHING, EVERYTHING = "Nothing traversable", "Everything traversable"
 HULL, BOXES, PROJECT_DOWN = "Convex hull", "3D bounding boxes †", "Project down"
@@ -25,18 +25,18 @@ VISIBLE, RANSAC, ORACLE = "Visible ground", "RANSAC plane", "RANSAC (oracle) ‡
 BASELINES = (
     *(NOTHING, EVERYTHING, HULL, BOXES, VOXELS, VOXELS_PLUS, PROJECT_DOWN, VISIBLE, RANSAC, ORACLE),
 )
-"""All rows, in the order of the tables."""
+"""All baselines, in the order of the tables."""
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What a method says of an image; None where it says nothing. All maps are (H, W).
+    """What a method predicts for an image; None for maps it does not have. All maps are (H, W).
 
     Attributes:
         ground: the paper's S*.
-        ground_depth_m: metres, where ground is or would be: D*.
+        ground_depth_m: the paper's D*, metres, also where there is no ground.
         visible_ground: the paper's S.
-        visible_depth_m: metres: D.
+        visible_depth_m: the paper's D, metres.
     """
 
     ground: Mask | None = None
@@ -46,7 +46,7 @@ class Estimate:
 
 
 def estimate_of(prediction: Prediction, size: Size) -> Estimate:
-    """A model's own row, at the truth's size (H, W)."""
+    """The estimate of a model, at the size (H, W) of the ground truth."""
     at_size = prediction.at_size(size)
     return Estimate(
         at_size.ground,
@@ -58,54 +58,58 @@ def estimate_of(prediction: Prediction, size: Size) -> Estimate:
 
 def baselines(
     prediction: Prediction,
-    truth: Truth,
+    ground_truth: GroundTruth,
     name: str,
     boxes: tuple[Box, ...] | None,
     voxels: VoxelGrid | None,
 ) -> Iterator[tuple[str, Estimate]]:
-    """Every baseline that can be computed for an image, by the name of its row.
+    """Every baseline that can be computed for an image, with the name of its row.
 
     Args:
-        prediction: the first model's, at its own size.
-        truth: of the image.
-        name: of the image; seeds what is random.
-        boxes: things in the image, if known.
+        prediction: prediction of the first model, at its own size.
+        ground_truth: the ground truth of the image.
+        name: name of the image; it seeds random baselines.
+        boxes: objects in the image, if known.
         voxels: the scene in voxels, if known.
     """
-    at_size = prediction.at_size(truth.size)
+    at_size = prediction.at_size(ground_truth.size)
     camera, visible = at_size.intrinsics, at_size.visible_ground
     seed = zlib.crc32(name.encode())
     hull = convex_hull(visible)
-    yield NOTHING, Estimate(np.zeros(truth.size, bool))
-    yield EVERYTHING, Estimate(np.ones(truth.size, bool))
+    yield NOTHING, Estimate(np.zeros(ground_truth.size, bool))
+    yield EVERYTHING, Estimate(np.ones(ground_truth.size, bool))
     yield HULL, Estimate(hull)
     if boxes is not None:
         yield BOXES, Estimate(without_footprints(hull, boxes, camera))
     if voxels is not None:
-        depth_m, clear = voxels.floor(camera, truth.size)
+        depth_m, clear = voxels.floor(camera, ground_truth.size)
         yield VOXELS, Estimate(np.isfinite(depth_m), depth_m)
         yield VOXELS_PLUS, Estimate(clear)
-    yield PROJECT_DOWN, Estimate(hull & ~projected_down(prediction, truth.size, seed))
+    yield PROJECT_DOWN, Estimate(hull & ~projected_down(prediction, ground_truth.size, seed))
     yield VISIBLE, Estimate(visible)
     plane_depth_m = ransac_depth_m(
         prediction.visible_depth_m,
         prediction.visible_ground,
         prediction.intrinsics,
-        truth.size,
+        ground_truth.size,
         seed,
     )
     if plane_depth_m is not None:
         yield RANSAC, Estimate(ground_depth_m=plane_depth_m)
-    if truth.visible_ground is not None and truth.visible_depth_m is not None:
+    if ground_truth.visible_ground is not None and ground_truth.visible_depth_m is not None:
         plane_depth_m = ransac_depth_m(
-            truth.visible_depth_m, truth.visible_ground.mask, camera, truth.size, seed
+            ground_truth.visible_depth_m,
+            ground_truth.visible_ground.mask,
+            camera,
+            ground_truth.size,
+            seed,
         )
         if plane_depth_m is not None:
             yield ORACLE, Estimate(ground_depth_m=plane_depth_m)
 
 
 def without_footprints(ground: Mask, boxes: tuple[Box, ...], intrinsics: Intrinsics) -> Mask:
-    """Ground (H, W) less what boxes stand on: the paper's "3D bounding boxes"."""
+    """Ground (H, W) without the footprints of boxes: the paper's "3D bounding boxes"."""
     left = ground.copy()
     for box in boxes:
         left &= ~box.footprint(intrinsics, (ground.shape[0], ground.shape[1]))
@@ -113,11 +117,11 @@ def without_footprints(ground: Mask, boxes: tuple[Box, ...], intrinsics: Intrins
 
 
 def projected_down(prediction: Prediction, size: Size, seed: int) -> Mask:
-    """Pixels (H, W) whose ground something stands on, by the visible depth alone: "Project down".
+    """Footprint mask (H, W) from the visible depth alone: "Project down".
 
-    The paper trains a classifier to predict them from labels that depth gives ("depth masking").
-    Here the same construction runs on the model's own predicted depth, at the network's size;
-    large regions are dropped, as they are from the labels.
+    The paper makes such masks from depth ("depth masking") and trains a classifier on them. Here
+    the same construction runs on the model's own predicted depth, at the network's size. Large
+    regions are dropped, as they are from training labels.
     """
     from PIL import Image
 
@@ -139,14 +143,14 @@ def projected_down(prediction: Prediction, size: Size, seed: int) -> Mask:
 def ransac_depth_m(
     depth_m: Floats, ground: Mask, intrinsics: Intrinsics, size: Size, seed: int
 ) -> Floats | None:
-    """Depth at which each ray meets the plane that ground pixels lie on: "RANSAC plane".
+    """Depth at which each ray meets the plane through the ground pixels: "RANSAC plane".
 
     Args:
         depth_m: float32 (h, w), metres, 0 where unknown.
-        ground: bool (h, w), the pixels that the plane is fitted to.
+        ground: bool (h, w), the pixels to fit the plane to.
         intrinsics: the camera in pixels of (h, w).
         size: (H, W) of the result.
-        seed: of the fit.
+        seed: seed of the fit.
 
     Returns:
         float32 (H, W), metres, infinite where a ray never meets it; None if no plane can be

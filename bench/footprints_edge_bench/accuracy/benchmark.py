@@ -1,101 +1,107 @@
-"""The accuracy benchmark: models and the paper's baselines on datasets with known ground."""
+"""The accuracy benchmark: models and the paper's baselines on datasets with ground truth."""
 
-import csv
-import hashlib
-import io
-import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from footprints_edge.engines.onnxruntime_engine import runtime
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.version import __version__
-from footprints_edge.model import Model
+from footprints_edge.model import Model, load
 from footprints_edge.navigation.ground_flattening import FLAT
 from footprints_edge.prediction import Prediction
-from footprints_edge_bench.accuracy.baselines import BASELINES, BOXES, ORACLE, VOXELS, estimate_of
-from footprints_edge_bench.accuracy.failure_cases import Example, draw_examples
 from footprints_edge_bench.accuracy.results import ImageScores, Results
-from footprints_edge_bench.accuracy.scoring import Scores, score
-from footprints_edge_bench.accuracy.summary import MEASURES, plain, summarise
-from footprints_edge_bench.accuracy.tables import missing_rows, tables
-from footprints_edge_bench.geometry.boxes import Box
+from footprints_edge_bench.accuracy.scoring import score
+from footprints_edge_bench.foundation.fingerprint import (
+    fingerprint,
+    sha256_of_bytes,
+    sha256_of_file,
+)
+from footprints_edge_bench.geometry.boxes import Box, read_boxes
 from footprints_edge_bench.geometry.voxels import VoxelGrid, read_voxels
-from footprints_edge_bench.ground_truth.base import Dataset, Item, Truth
+from footprints_edge_bench.ground_truth.base import EvaluationDataset, GroundTruth, Item
+from footprints_edge_bench.ground_truth.datasets import ReadingOptions, Subset, open_datasets
 
-WORST = 10
-"""So many images are shown."""
 UNFLATTENED = ", not flattened"
-NEEDS = {
-    BOXES: "needs oriented boxes, --boxes FILE",
-    VOXELS: "needs the scene in voxels, --voxels FOLDER",
-    ORACLE: "needs a truth of visible ground and its depth",
-}
-"""What the rows that few datasets can have are computed from."""
+"""Suffix of the rows whose ground depth is as the network predicts it."""
 
 
 class AccuracyError(FootprintsError):
-    """A benchmark that cannot be run as it is asked for."""
+    """A benchmark cannot be run as requested."""
 
 
 @dataclass(frozen=True)
-class Extras:
-    """What others predicted for the images, for the baselines that need it.
+class BaselineInputs:
+    """Predictions of other methods, for the baselines that need them.
 
     Attributes:
-        boxes: of each image by its name, and the file they are from.
-        boxes_file: where they are from; None if there are none.
-        voxels: folder of ``NAME.npz``; None if there are none.
+        boxes: boxes by image name.
+        boxes_file: the file that they come from; None if there is none.
+        voxels: folder of ``NAME.npz``; None if there is none.
     """
 
-    boxes: Mapping[str, tuple[Box, ...]]
+    boxes: Mapping[str, tuple[Box, ...]] = field(default_factory=dict)
     boxes_file: Path | None = None
     voxels: Path | None = None
 
-    def boxes_of(self, name: str, truth: Truth) -> tuple[Box, ...] | None:
-        """Boxes of an image: those given, else the dataset's own."""
-        return self.boxes.get(name, truth.boxes)
+    def boxes_of(self, name: str, ground_truth: GroundTruth) -> tuple[Box, ...] | None:
+        """Boxes of an image: the given ones, else those of the dataset."""
+        return self.boxes.get(name, ground_truth.boxes)
 
-    def voxels_of(self, name: str, truth: Truth) -> VoxelGrid | None:
-        """Voxels of an image, likewise; a file that is not there is a prediction that failed."""
+    def voxels_of(self, name: str, ground_truth: GroundTruth) -> VoxelGrid | None:
+        """Voxels of an image, likewise; a missing file counts as a failed prediction."""
         if self.voxels is None:
-            return truth.voxels
-        path = self.voxels / f"{name}.npz"
+            return ground_truth.voxels
+        path = self.voxel_file(self.voxels, name)
         return read_voxels(path) if path.is_file() else None
+
+    @staticmethod
+    def voxel_file(folder: Path, name: str) -> Path:
+        """Where the voxels of an image are."""
+        return folder / f"{name}.npz"
 
 
 @dataclass(frozen=True)
 class Benchmark:
-    """What is evaluated on what.
+    """The methods to evaluate and the data to evaluate them on.
 
     Attributes:
-        datasets: with the images that are asked for.
-        models: by the name of their rows; baselines start from the first one.
-        extras: for some baselines.
-        options: how the datasets were read, plain values.
-        unflattened: whether each model has a second row, with the ground's depth as the network
-            says it instead of laid onto the ground's plane.
+        datasets: datasets with the images to score.
+        models: models by the names of their rows; baselines start from the first one.
+        inputs: inputs of some baselines.
+        options: how the datasets were read, as plain values.
+        unflattened: whether each model has a second row, with the ground depth that the network
+            predicts instead of the one laid onto the ground plane.
     """
 
-    datasets: tuple[Dataset, ...]
+    datasets: tuple[EvaluationDataset, ...]
     models: Mapping[str, Model]
-    extras: Extras
-    options: Mapping[str, Any]
+    inputs: BaselineInputs = field(default_factory=BaselineInputs)
+    options: Mapping[str, Any] = field(default_factory=dict)
     unflattened: bool = False
 
     def settings(self) -> dict[str, Any]:
-        """Everything that the scores depend on, plain values."""
-        boxes = self.extras.boxes_file
+        """Everything that the scores depend on, as plain values.
+
+        Ground-truth files and voxel files count by name, size and modification time. Images do
+        not, so an image that failed can be repaired without losing the other scores.
+        """
+        items = self.items()
+        sources = chain.from_iterable(dict.fromkeys(item.files for item in items))
+        boxes, voxels = self.inputs.boxes_file, self.inputs.voxels
         return {
             "version": __version__,
             "runtime": runtime(),
             "models": {row: model.sha256 for row, model in self.models.items()},
             "datasets": {each.name: each.kind for each in self.datasets},
-            "images": _sha256("\n".join(item.name for item in self.items()).encode()),
-            "boxes": None if boxes is None else _sha256(boxes.read_bytes()),
-            "voxels": None if self.extras.voxels is None else str(self.extras.voxels),
+            "images": sha256_of_bytes("\n".join(item.name for item in items).encode()),
+            "ground_truth": fingerprint(sources),
+            "boxes": None if boxes is None else sha256_of_file(boxes),
+            "voxels": None
+            if voxels is None
+            else fingerprint(self.inputs.voxel_file(voxels, item.name) for item in items),
             "flat": FLAT,
             **self.options,
             **({"unflattened": True} if self.unflattened else {}),
@@ -105,27 +111,74 @@ class Benchmark:
         """The images of all datasets."""
         return [item for dataset in self.datasets for item in dataset.items]
 
-    def predict(self, truth: Truth) -> dict[str, Prediction]:
-        """Every model's prediction for an image, by the name of its row."""
+    def predict(self, ground_truth: GroundTruth) -> dict[str, Prediction]:
+        """The prediction of every model for an image, by the name of its row."""
         found = {}
         for row, model in self.models.items():
-            plain = model.predict(truth.image, intrinsics=truth.intrinsics, flatten=False)
+            plain = model.predict(
+                ground_truth.image, intrinsics=ground_truth.intrinsics, flatten=False
+            )
             found[row] = plain.flattened()
             if self.unflattened:
                 found[row + UNFLATTENED] = plain
         return found
 
     def rows(self) -> list[str]:
-        """The names of the rows of models, in order."""
-        endings = ("", UNFLATTENED) if self.unflattened else ("",)
-        return [row + ending for ending in endings for row in self.models]
+        """The names of the models' rows, in order."""
+        suffixes = ("", UNFLATTENED) if self.unflattened else ("",)
+        return [row + suffix for suffix in suffixes for row in self.models]
+
+
+def open_benchmark(
+    folders: Sequence[Path],
+    subset: Subset,
+    models: Sequence[str] | None,
+    *,
+    reading: ReadingOptions | None = None,
+    boxes_file: Path | None = None,
+    voxels: Path | None = None,
+    unflattened: bool = False,
+) -> Benchmark:
+    """Opens datasets and loads models.
+
+    Args:
+        folders: the datasets.
+        subset: their images to score.
+        models: model files or registered names; the bundled model if there are none.
+        reading: facts that some datasets need; None if there are none.
+        boxes_file: boxes for the box baseline, see ``geometry.boxes.read_boxes``.
+        voxels: folder of voxel grids for the voxel baselines.
+        unflattened: see :class:`Benchmark`.
+
+    Raises:
+        AccuracyError: two models would have the same row, or the folder of voxels is missing.
+        BoxesError: the file of boxes cannot be read.
+        GroundTruthError: a dataset cannot be opened.
+        ModelError: a model cannot be loaded.
+    """
+    reading = reading or ReadingOptions()
+    if voxels is not None and not voxels.is_dir():
+        raise AccuracyError(f"{voxels}: no such folder of voxels; give one with --voxels")
+    return Benchmark(
+        open_datasets(folders, reading, subset),
+        name_models([load(name) for name in models] if models else [load()]),
+        BaselineInputs({} if boxes_file is None else read_boxes(boxes_file), boxes_file, voxels),
+        {
+            "frames": subset.shares,
+            "every": subset.every,
+            "held_out": subset.held_out,
+            "walkable": list(reading.walkable),
+            "void": list(reading.void),
+        },
+        unflattened,
+    )
 
 
 def name_models(models: Sequence[Model]) -> dict[str, Model]:
     """Models by the names of their rows.
 
     Raises:
-        AccuracyError: two would have the same.
+        AccuracyError: two models would have the same row.
     """
     named: dict[str, Model] = {}
     for model in models:
@@ -145,9 +198,9 @@ def evaluate(
     """Scores every image that has no results yet.
 
     Args:
-        benchmark: what to evaluate on what.
-        results: of earlier runs with the same settings; gets the new ones, image by image.
-        progress: told the name of each image when it is done.
+        benchmark: what to evaluate.
+        results: results of earlier runs with the same settings; new ones are added image by image.
+        progress: called with the name of each image when it is done.
 
     Returns:
         Images that failed, with the reason.
@@ -161,130 +214,18 @@ def evaluate(
                 raise
             except FootprintsError as error:
                 failures[item.name] = str(error)
-            except Exception as error:  # whatever it is, the other images still count
+            except Exception as error:  # one bad image must not stop the others
                 failures[item.name] = f"{type(error).__name__}: {error}"
         progress(item.name)
     return failures
 
 
 def _score_item(benchmark: Benchmark, item: Item) -> ImageScores:
-    truth = item.load()
+    ground_truth = item.load()
     return score(
-        benchmark.predict(truth),
-        truth,
+        benchmark.predict(ground_truth),
+        ground_truth,
         item.name,
-        benchmark.extras.boxes_of(item.name, truth),
-        benchmark.extras.voxels_of(item.name, truth),
+        benchmark.inputs.boxes_of(item.name, ground_truth),
+        benchmark.inputs.voxels_of(item.name, ground_truth),
     )
-
-
-def write_reports(
-    benchmark: Benchmark, results: Results, failures: Mapping[str, str], out: Path
-) -> str:
-    """Writes ``accuracy.md``, ``accuracy.json``, ``per-image.csv`` and ``worst.png``.
-
-    Returns:
-        The Markdown.
-    """
-    order = [*BASELINES, *benchmark.rows()]
-    groups = {each.name: [item.name for item in each.items] for each in benchmark.datasets}
-    if len(groups) > 1:
-        groups = {"All images": [item.name for item in benchmark.items()], **groups}
-    sections, summaries = [], {}
-    for title, names in groups.items():
-        done = [results.images[name] for name in names if name in results.images]
-        found = summarise(done)
-        rows = {row: found[row] for row in order if row in found}
-        summaries[title] = {
-            row: {part: summary.as_json() for part, summary in parts.items()}
-            for row, parts in rows.items()
-        }
-        skipped = len(names) - len(done)
-        counts = f"{len(done)} images" + (f", {skipped} skipped" if skipped else "")
-        section = [f"### {title}: {counts}"]
-        if rows:
-            section.append(tables(rows))
-            notes = missing_rows(rows, NEEDS)
-            section.append("\n".join(["Left out:", "", *(f"- {note}" for note in notes)]))
-        sections.append("\n\n".join(section))
-    settings = benchmark.settings()
-    markdown = "\n\n".join(["## Accuracy", *sections, _provenance(settings, failures)]) + "\n"
-    report = {"settings": settings, "skipped": dict(failures), "summaries": summaries}
-    (out / "accuracy.md").write_text(markdown, encoding="utf-8")
-    (out / "accuracy.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
-    (out / "per-image.csv").write_text(_csv(benchmark, results, order), encoding="utf-8")
-    examples = list(_worst(benchmark, results))
-    if examples:
-        draw_examples(examples).save(out / "worst.png")
-    return markdown
-
-
-def _provenance(settings: Mapping[str, Any], failures: Mapping[str, str]) -> str:
-    lines = [
-        "### What was run",
-        "",
-        "Means over images, images whose truth is empty left out; the best figure of a column is "
-        "bold, the second underlined. † sees measured depth or other sensors, ‡ sees the truth. "
-        "Baselines start from the first model's visible ground and depth.",
-        "",
-        f"- footprints-edge {settings['version']}, {settings['runtime']}",
-        *(f"- {row}: sha256 {sha256}" for row, sha256 in settings["models"].items()),
-        *(f"- {name}: {kind}" for name, kind in settings["datasets"].items()),
-        f"- options: {json.dumps({k: settings[k] for k in sorted(settings) if k in _OPTIONS})}",
-        *(f"- skipped {name}: {reason}" for name, reason in failures.items()),
-    ]
-    return "\n".join(lines)
-
-
-_OPTIONS = ("frames", "held_out", "every", "walkable", "void")
-
-
-def _csv(benchmark: Benchmark, results: Results, order: Sequence[str]) -> str:
-    """One line an image and row; empty where there is no score."""
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    columns = [(part, measure) for part, measures in MEASURES.items() for measure in measures]
-    writer.writerow(["image", "method", *(f"{part}_{measure}" for part, measure in columns)])
-    for item in benchmark.items():
-        scores = results.images.get(item.name, {})
-        for row in order:
-            if row in scores:
-                writer.writerow([item.name, row, *(_value(scores[row], *c) for c in columns)])
-    return file.getvalue()
-
-
-def _value(scores: Scores, part: str, measure: str) -> float | None:
-    found = getattr(scores, part)
-    return None if found is None else plain(getattr(found, measure))
-
-
-def _worst(benchmark: Benchmark, results: Results) -> list[Example]:
-    """The images whose freespace the first model finds worst; visible ground where that is all."""
-    row = next(iter(benchmark.models))
-    items = {item.name: item for item in benchmark.items() if item.name in results.images}
-    for part in ("freespace", "visible_ground"):
-        ious = {name: _value(results.images[name][row], part, "iou") for name in items}
-        scored = sorted((iou, name) for name, iou in ious.items() if iou is not None)
-        if scored:
-            worst = [name for _, name in scored[:WORST]]
-            return [_example(benchmark, items[name], results.images[name][row]) for name in worst]
-    return []
-
-
-def _example(benchmark: Benchmark, item: Item, scores: Scores) -> Example:
-    truth = item.load()
-    model = next(iter(benchmark.models.values()))
-    prediction = model.predict(truth.image, intrinsics=truth.intrinsics)
-    figures = {
-        "freespace IoU": _value(scores, "freespace", "iou"),
-        "footprint IoU": _value(scores, "footprint", "iou"),
-        "visible ground IoU": _value(scores, "visible_ground", "iou"),
-        "hidden depth a1": _value(scores, "ground_depth", "a1"),
-    }
-    said = [f"{what} {value:.2f}" for what, value in figures.items() if value is not None]
-    title = "     ".join([item.name, *said])
-    return Example(title, prediction.rgb, truth, estimate_of(prediction, truth.size))
-
-
-def _sha256(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()

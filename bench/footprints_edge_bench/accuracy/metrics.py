@@ -1,7 +1,7 @@
-"""The paper's scores of one image (section "Experiments", "Metrics"), as the reference takes them.
+"""The paper's scores of one image (section "Experiments", "Metrics"), as in its published code.
 
-Masks are counted, not scored at once: counts of several images add up to scores over all their
-pixels, beside the paper's means over images.
+Masks give pixel counts, from which scores are computed. Counts of several images can be added, so
+scores over all pixels are possible as well as the paper's means over images.
 """
 
 import math
@@ -12,19 +12,19 @@ import numpy as np
 from footprints_edge.foundation.types import Floats, Mask
 
 DEPTH_RANGE_M = (0.5, 20.0)
-"""True and predicted depths are clipped to this before they are compared."""
+"""True and predicted depths are clipped to this range before they are compared."""
 
 
 @dataclass(frozen=True)
 class MaskCounts:
-    """Pixels of a predicted and a true mask, unscored pixels left out.
+    """Pixel counts of a predicted and a true mask, without unscored pixels.
 
-    The scores are NaN where the truth is empty: such an image says nothing, and means skip it.
+    All scores are NaN where the true mask is empty; means skip such images.
 
     Attributes:
-        overlap: in both masks.
-        predicted: in the predicted mask.
-        true: in the true mask.
+        overlap: pixels in both masks.
+        predicted: pixels in the predicted mask.
+        true: pixels in the true mask.
     """
 
     overlap: int
@@ -32,7 +32,7 @@ class MaskCounts:
     true: int
 
     def __add__(self, other: "MaskCounts") -> "MaskCounts":
-        """The counts of both images together."""
+        """The counts of both images added."""
         return MaskCounts(
             self.overlap + other.overlap, self.predicted + other.predicted, self.true + other.true
         )
@@ -65,13 +65,13 @@ class MaskCounts:
 
 @dataclass(frozen=True)
 class DepthScores:
-    """How far a depth is from the truth; NaN where the truth is empty.
+    """Errors of a depth map; NaN where there is no true depth.
 
     Attributes:
-        a1: share of pixels within a factor of 1.25.
-        rmse: root of the mean squared difference, metres.
-        abs_rel: mean of the difference over the true depth.
-        sq_rel: mean of the squared difference over the true depth, metres.
+        a1: share of pixels whose depth is within a factor of 1.25 (delta < 1.25).
+        rmse: root mean squared error, metres.
+        abs_rel: mean of the absolute error over the true depth.
+        sq_rel: mean of the squared error over the true depth, metres.
     """
 
     a1: float
@@ -80,45 +80,45 @@ class DepthScores:
     sq_rel: float
 
 
-def freespace(predicted: Mask, true: Mask, known: Mask) -> MaskCounts:
-    """Counts over an image: the paper's freespace evaluation, and ours of visible ground.
+def freespace(predicted: Mask, true: Mask, valid: Mask) -> MaskCounts:
+    """Counts over an image: the paper's freespace evaluation, also used for visible ground.
 
     Args:
         predicted: bool (H, W).
         true: bool (H, W).
-        known: bool (H, W), where the truth is known; the rest is unscored.
+        valid: bool (H, W), where the ground truth is valid; other pixels are not scored.
     """
     return MaskCounts(
-        int((predicted & true & known).sum()),
-        int((predicted & known).sum()),
-        int((true & known).sum()),
+        int((predicted & true & valid).sum()),
+        int((predicted & valid).sum()),
+        int((true & valid).sum()),
     )
 
 
-def footprint(predicted: Mask, true: Mask, known: Mask, region: Mask) -> MaskCounts:
-    """Counts of what is no ground, within a region: the paper's footprints evaluation.
+def footprint(predicted: Mask, true: Mask, valid: Mask, region: Mask) -> MaskCounts:
+    """Counts of pixels that are not ground, in a region: the paper's footprint evaluation.
 
     Args:
         predicted: bool (H, W), ground.
         true: bool (H, W), ground.
-        known: bool (H, W), where the truth is known.
-        region: bool (H, W), where the ground and the things on it are.
+        valid: bool (H, W), where the ground truth is valid.
+        region: bool (H, W), the ground with the objects on it.
     """
-    return freespace(~predicted, ~true, known & region)
+    return freespace(~predicted, ~true, valid & region)
 
 
 def depth(predicted_m: Floats, true_m: Floats) -> DepthScores:
-    """Scores of a depth over the pixels whose true depth is known.
+    """Errors of a depth map over the pixels whose true depth is known.
 
     Args:
-        predicted_m: (H, W), metres; infinite counts as farthest, NaN as nearest.
+        predicted_m: (H, W), metres; infinite counts as the farthest depth, NaN as the nearest.
         true_m: (H, W), metres, 0 where unknown.
     """
-    known = true_m > 0
-    if not known.any():
+    valid = true_m > 0
+    if not valid.any():
         return DepthScores(math.nan, math.nan, math.nan, math.nan)
-    true = np.clip(true_m[known].astype(np.float64), *DEPTH_RANGE_M)
-    predicted = np.nan_to_num(predicted_m[known].astype(np.float64), nan=0.0, posinf=np.inf)
+    true = np.clip(true_m[valid].astype(np.float64), *DEPTH_RANGE_M)
+    predicted = np.nan_to_num(predicted_m[valid].astype(np.float64), nan=0.0, posinf=np.inf)
     predicted = np.clip(predicted, *DEPTH_RANGE_M)
     error = np.abs(predicted - true)
     return DepthScores(
@@ -127,3 +127,8 @@ def depth(predicted_m: Floats, true_m: Floats) -> DepthScores:
         abs_rel=float((error / true).mean()),
         sq_rel=float((error**2 / true).mean()),
     )
+
+
+def number_or_none(value: float) -> float | None:
+    """A score for JSON, which has no NaN: None instead."""
+    return None if math.isnan(value) else value

@@ -1,6 +1,6 @@
-"""Scores on disk, image by image as they are computed, so that a stopped run can go on.
+"""Scores on disk, added image by image, so that an interrupted run can be resumed.
 
-A file of JSON lines: the settings that the scores are for, then one line an image.
+The file holds JSON lines: first the settings that the scores depend on, then one line per image.
 """
 
 import json
@@ -9,45 +9,45 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from footprints_edge.errors import FootprintsError
-from footprints_edge_bench.accuracy.scoring import Scores
+from footprints_edge_bench.accuracy.scoring import MethodScores
 
-ImageScores: TypeAlias = dict[str, Scores]
-"""Scores on one image by the row's name."""
+ImageScores: TypeAlias = dict[str, MethodScores]
+"""Scores on one image, by the name of the row."""
 
 
 class ResultsError(FootprintsError):
-    """Results of an earlier run are in the way."""
+    """Results of an earlier run cannot be used."""
 
 
 class Results:
     """The scores of a run.
 
     Attributes:
-        path: the file.
-        images: scores of each image that is done.
+        path: the file of results.
+        images: scores by image name, of the images that are done.
     """
 
     def __init__(self, path: Path, settings: Mapping[str, Any], *, fresh: bool = False) -> None:
-        """Opens the file, or begins it.
+        """Opens the file, or starts a new one.
 
         Args:
-            path: of the file.
-            settings: what the scores depend on, plain values.
-            fresh: whether earlier results are thrown away.
+            path: the file of results.
+            settings: everything that the scores depend on, as plain values.
+            fresh: whether to discard earlier results.
 
         Raises:
-            ResultsError: the file holds results of other settings, or something else.
+            ResultsError: the file holds results of other settings, or is damaged.
         """
         self.path = path
         self.images: dict[str, ImageScores] = {}
         header = json.dumps({"settings": settings}, sort_keys=True)
         lines = [] if fresh or not path.exists() else path.read_text(encoding="utf-8").split("\n")
-        whole = lines[:-1]  # a line that does not end was being written when the run was stopped
+        whole = lines[:-1]  # an unfinished last line is dropped: the run was stopped there
         if whole:
             if whole[0] != header:
                 raise ResultsError(
                     f"{path} holds results of other settings ({_differences(whole[0], settings)}); "
-                    "--fresh throws them away, or choose another folder with -o"
+                    "discard them with --fresh, or choose another folder with -o"
                 )
             for line in whole[1:]:
                 self._take(line)
@@ -55,7 +55,7 @@ class Results:
         path.write_text("\n".join([*(whole or [header]), ""]), encoding="utf-8")
 
     def add(self, name: str, scores: ImageScores) -> None:
-        """Keeps the scores of an image, in memory and on disk."""
+        """Adds the scores of an image, in memory and on disk."""
         self.images[name] = scores
         values = {row: each.as_json() for row, each in scores.items()}
         with self.path.open("a", encoding="utf-8") as file:
@@ -65,11 +65,11 @@ class Results:
         try:
             entry = json.loads(line)
             self.images[entry["image"]] = {
-                row: Scores.from_json(values) for row, values in entry["scores"].items()
+                row: MethodScores.from_json(values) for row, values in entry["scores"].items()
             }
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise ResultsError(
-                f"{self.path} is damaged ({error}); --fresh throws it away"
+                f"{self.path} is damaged ({error}); discard it with --fresh"
             ) from error
 
 
@@ -79,4 +79,4 @@ def _differences(header: str, settings: Mapping[str, Any]) -> str:
         keys = sorted(set(earlier) | set(settings))
         return ", ".join(key for key in keys if earlier.get(key) != settings.get(key))
     except (ValueError, KeyError, TypeError, AttributeError):
-        return "the file is not of this program"
+        return "the file is not from this program"

@@ -1,4 +1,4 @@
-"""What every method scores on one image."""
+"""Scores of every method on one image."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -6,19 +6,19 @@ from dataclasses import asdict, dataclass
 from footprints_edge.prediction import Prediction
 from footprints_edge_bench.accuracy import metrics
 from footprints_edge_bench.accuracy.baselines import Estimate, baselines, estimate_of
-from footprints_edge_bench.accuracy.metrics import DepthScores, MaskCounts
+from footprints_edge_bench.accuracy.metrics import DepthScores, MaskCounts, number_or_none
 from footprints_edge_bench.geometry.boxes import Box
 from footprints_edge_bench.geometry.voxels import VoxelGrid
-from footprints_edge_bench.ground_truth.base import Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth
 
 
 @dataclass(frozen=True)
-class Scores:
-    """Scores of one method on one image; None where the method or the truth says nothing.
+class MethodScores:
+    """Scores of one method on one image; None where the method or the ground truth has no map.
 
     Attributes:
         freespace: S* over the image.
-        footprint: what is not S*, within the region of evaluation.
+        footprint: pixels that are not S*, in the footprint region.
         visible_ground: S over the image.
         ground_depth: D*, the paper's hidden depth.
         visible_depth: D.
@@ -31,12 +31,17 @@ class Scores:
     visible_depth: DepthScores | None = None
 
     def as_json(self) -> dict[str, dict[str, float] | None]:
-        """Plain values, for :meth:`from_json`."""
+        """Plain values, as :meth:`from_json` takes them."""
         return asdict(self)
 
+    def value(self, part: str, measure: str) -> float | None:
+        """One score, such as ``freespace`` and ``iou``; None where there is none, or it is NaN."""
+        found = getattr(self, part)
+        return None if found is None else number_or_none(getattr(found, measure))
+
     @classmethod
-    def from_json(cls, values: Mapping[str, Mapping[str, float] | None]) -> "Scores":
-        """The scores that gave the values."""
+    def from_json(cls, values: Mapping[str, Mapping[str, float] | None]) -> "MethodScores":
+        """The scores from the values of :meth:`as_json`."""
 
         def counts(part: str) -> MaskCounts | None:
             found = values[part]
@@ -59,44 +64,46 @@ class Scores:
 
 def score(
     predictions: Mapping[str, Prediction],
-    truth: Truth,
+    ground_truth: GroundTruth,
     name: str,
     boxes: tuple[Box, ...] | None = None,
     voxels: VoxelGrid | None = None,
-) -> dict[str, Scores]:
-    """Scores of every baseline and model that can be judged on an image.
+) -> dict[str, MethodScores]:
+    """Scores of every baseline and model that applies to an image.
 
     Args:
-        predictions: of each model, by the name of its row; baselines start from the first one.
-        truth: of the image.
-        name: of the image.
-        boxes: things in the image, if known.
+        predictions: predictions by the name of the row; baselines start from the first one.
+        ground_truth: the ground truth of the image.
+        name: name of the image; it seeds random baselines.
+        boxes: objects in the image, if known.
         voxels: the scene in voxels, if known.
     """
     scores = {}
-    if truth.ground is not None or truth.ground_depth_m is not None:
+    if ground_truth.ground is not None or ground_truth.ground_depth_m is not None:
         first = next(iter(predictions.values()))
-        for row, estimate in baselines(first, truth, name, boxes, voxels):
-            scores[row] = judge(estimate, truth)
+        for row, estimate in baselines(first, ground_truth, name, boxes, voxels):
+            scores[row] = judge(estimate, ground_truth)
     for row, prediction in predictions.items():
-        scores[row] = judge(estimate_of(prediction, truth.size), truth)
+        scores[row] = judge(estimate_of(prediction, ground_truth.size), ground_truth)
     return scores
 
 
-def judge(estimate: Estimate, truth: Truth) -> Scores:
-    """Scores of an estimate against what is known."""
+def judge(estimate: Estimate, ground_truth: GroundTruth) -> MethodScores:
+    """Scores of an estimate against the ground truth."""
     freespace = footprint = visible_ground = ground_depth = visible_depth = None
-    if estimate.ground is not None and truth.ground is not None:
-        ground = (estimate.ground, truth.ground.mask, truth.ground.known)
+    if estimate.ground is not None and ground_truth.ground is not None:
+        ground = (estimate.ground, ground_truth.ground.mask, ground_truth.ground.valid)
         freespace = metrics.freespace(*ground)
-        if truth.region is not None:
-            footprint = metrics.footprint(*ground, truth.region)
-    if estimate.visible_ground is not None and truth.visible_ground is not None:
+        if ground_truth.region is not None:
+            footprint = metrics.footprint(*ground, ground_truth.region)
+    if estimate.visible_ground is not None and ground_truth.visible_ground is not None:
         visible_ground = metrics.freespace(
-            estimate.visible_ground, truth.visible_ground.mask, truth.visible_ground.known
+            estimate.visible_ground,
+            ground_truth.visible_ground.mask,
+            ground_truth.visible_ground.valid,
         )
-    if estimate.ground_depth_m is not None and truth.ground_depth_m is not None:
-        ground_depth = metrics.depth(estimate.ground_depth_m, truth.ground_depth_m)
-    if estimate.visible_depth_m is not None and truth.visible_depth_m is not None:
-        visible_depth = metrics.depth(estimate.visible_depth_m, truth.visible_depth_m)
-    return Scores(freespace, footprint, visible_ground, ground_depth, visible_depth)
+    if estimate.ground_depth_m is not None and ground_truth.ground_depth_m is not None:
+        ground_depth = metrics.depth(estimate.ground_depth_m, ground_truth.ground_depth_m)
+    if estimate.visible_depth_m is not None and ground_truth.visible_depth_m is not None:
+        visible_depth = metrics.depth(estimate.visible_depth_m, ground_truth.visible_depth_m)
+    return MethodScores(freespace, footprint, visible_ground, ground_depth, visible_depth)

@@ -1,11 +1,11 @@
-"""Scores of many images as one: the paper's means over images, and pooled over all their pixels."""
+"""Summaries of many images: the paper's means over images, and scores pooled over all pixels."""
 
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from footprints_edge_bench.accuracy.metrics import DepthScores, MaskCounts
+from footprints_edge_bench.accuracy.metrics import DepthScores, MaskCounts, number_or_none
 from footprints_edge_bench.accuracy.results import ImageScores
 
 MASK_MEASURES = ("iou", "f1", "precision", "recall")
@@ -17,17 +17,17 @@ MEASURES = {
     "ground_depth": DEPTH_MEASURES,
     "visible_depth": DEPTH_MEASURES,
 }
-"""What is measured of each part of :class:`~footprints_edge_bench.scoring.Scores`."""
+"""Measures of each part of :class:`~footprints_edge_bench.accuracy.scoring.MethodScores`."""
 
 
 @dataclass(frozen=True)
-class Summary:
-    """One part of one method's scores over many images.
+class ScoreSummary:
+    """Scores of one method over many images, for one part.
 
     Attributes:
-        images: how many have a score.
-        means: by measure, over these images; NaN if there are none.
-        pooled: by measure, of all images' pixels together; empty for depths.
+        images: number of images with a score.
+        means: mean over these images, by measure; NaN if there are none.
+        pooled: score over the pixels of all images, by measure; empty for depths.
     """
 
     images: int
@@ -38,23 +38,18 @@ class Summary:
         """Plain values; None for NaN."""
         return {
             "images": self.images,
-            "mean": {key: plain(value) for key, value in self.means.items()},
-            "pooled": {key: plain(value) for key, value in self.pooled.items()},
+            "mean": {key: number_or_none(value) for key, value in self.means.items()},
+            "pooled": {key: number_or_none(value) for key, value in self.pooled.items()},
         }
 
 
-def plain(value: float) -> float | None:
-    """A number as JSON has it, which knows no NaN."""
-    return None if math.isnan(value) else value
-
-
-def summarise(images: Sequence[ImageScores]) -> dict[str, dict[str, Summary]]:
-    """Summaries by row and part; parts that a row has on no image are left out."""
+def summarise(images: Sequence[ImageScores]) -> dict[str, dict[str, ScoreSummary]]:
+    """Summaries by row and part, without the parts that a row has on no image."""
     rows = dict.fromkeys(row for scores in images for row in scores)
     return {row: _of_row([scores[row] for scores in images if row in scores]) for row in rows}
 
 
-def _of_row(scores: Iterable[Any]) -> dict[str, Summary]:
+def _of_row(scores: Iterable[Any]) -> dict[str, ScoreSummary]:
     scores = list(scores)
     summaries = {}
     for part, measures in MEASURES.items():
@@ -64,7 +59,9 @@ def _of_row(scores: Iterable[Any]) -> dict[str, Summary]:
     return summaries
 
 
-def _summary(found: list[MaskCounts] | list[DepthScores], measures: tuple[str, ...]) -> Summary:
+def _summary(
+    found: list[MaskCounts] | list[DepthScores], measures: tuple[str, ...]
+) -> ScoreSummary:
     scored = [each for each in found if not math.isnan(getattr(each, measures[0]))]
     means = {measure: _mean([getattr(each, measure) for each in scored]) for measure in measures}
     pooled = {}
@@ -72,7 +69,7 @@ def _summary(found: list[MaskCounts] | list[DepthScores], measures: tuple[str, .
     if counts:
         total = sum(counts, MaskCounts(0, 0, 0))
         pooled = {measure: float(getattr(total, measure)) for measure in measures}
-    return Summary(len(scored), means, pooled)
+    return ScoreSummary(len(scored), means, pooled)
 
 
 def _mean(values: list[float]) -> float:

@@ -1,26 +1,26 @@
-"""Scores as Markdown, in the form of the paper's Tables 1 to 4."""
+"""Scores as Markdown tables, in the form of the paper's Tables 1 to 4."""
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from footprints_edge_bench.accuracy.baselines import NOTHING
-from footprints_edge_bench.accuracy.summary import Summary
+from footprints_edge_bench.accuracy.summary import ScoreSummary
 
-Rows = Mapping[str, Mapping[str, Summary]]
+Rows = Mapping[str, Mapping[str, ScoreSummary]]
 """Summaries by row and part."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of figures.
+    """A column of scores.
 
     Attributes:
-        heading: its title.
-        part: of the scores.
-        measure: of the part.
-        pooled: whether over all pixels, instead of the mean over images.
-        lowest_is_best: for errors.
+        heading: heading of the column.
+        part: attribute of ``MethodScores``.
+        measure: attribute of that part.
+        pooled: whether to take the score over all pixels instead of the mean over images.
+        lowest_is_best: whether lower is better, as for errors.
     """
 
     heading: str
@@ -29,8 +29,8 @@ class Column:
     pooled: bool = False
     lowest_is_best: bool = False
 
-    def of(self, parts: Mapping[str, Summary]) -> float:
-        """The figure of a row; NaN where it has none."""
+    def of(self, parts: Mapping[str, ScoreSummary]) -> float:
+        """The score of a row; NaN where it has none."""
         summary = parts.get(self.part)
         if summary is None:
             return math.nan
@@ -67,14 +67,14 @@ TABLES: dict[str, tuple[Column, ...]] = {
         Column("Visible ground IoU", "visible_ground", "iou", pooled=True),
     ),
 }
-"""By title. The first is the paper's Tables 1 to 3, the second its Table 4."""
+"""Columns by title. The first table is the paper's Tables 1 to 3, the second its Table 4."""
 
 
 def tables(rows: Rows) -> str:
-    """Every table that has something in it.
+    """Every table that is not empty.
 
-    The best figure of a column is bold, the second underlined; what sees the truth (‡) does not
-    compete.
+    The best score of a column is bold, the second best underlined. Rows that use the ground truth
+    (‡) do not compete.
     """
     parts = []
     for title, columns in TABLES.items():
@@ -89,7 +89,7 @@ def tables(rows: Rows) -> str:
 
 
 def _labels(rows: Rows, columns: tuple[Column, ...]) -> Callable[[str], str]:
-    """How a row is called: with its number of images where that is not the table's."""
+    """Labels of rows, with their number of images where it differs from the table's."""
 
     def images(name: str) -> int:
         return max((rows[name][c.part].images for c in columns if c.part in rows[name]), default=0)
@@ -109,9 +109,9 @@ def table(
     """One table.
 
     Args:
-        rows: figures by row, in the order of the columns; NaN where there is none.
-        columns: those without any figure are left out.
-        label: how a row is called.
+        rows: scores by row, in the order of the columns; NaN where there is none.
+        columns: columns; those without any score are left out.
+        label: gives the label of a row.
     """
     kept = [i for i in range(len(columns)) if any(not math.isnan(v[i]) for v in rows.values())]
     lines = [
@@ -126,7 +126,7 @@ def table(
 
 
 def _ranks(rows: Mapping[str, list[float]], index: int, column: Column) -> list[str]:
-    """The best and the second best figure of a column, as they are printed."""
+    """The best and the second best score of a column, as printed."""
     competing = {
         f"{values[index]:.3f}"
         for name, values in rows.items()
@@ -145,7 +145,9 @@ def _cell(value: float, ranks: list[str]) -> str:
 
 
 def missing_rows(rows: Rows, needs: Mapping[str, str]) -> list[str]:
-    """A note for each row that could not be computed, on what it needs."""
+    """For each row that could not be computed, a note with its missing input."""
     if NOTHING not in rows:
-        return ["Every baseline needs a truth of hidden ground, which this data has not."]
+        return [
+            "Every baseline needs ground truth of hidden ground, which this dataset does not have."
+        ]
     return [f"{name.rstrip(' †‡')}: {need}." for name, need in needs.items() if name not in rows]

@@ -1,1 +1,1 @@
-"""The engines that can run a network, one a file, all behind one function: ``open_contender``."""
+"""The engines that can run a network, one per file, behind one function: ``open_backend``."""

@@ -1,4 +1,4 @@
-"""What a contender is asked to run, and what it is once it runs."""
+"""Backends: a network in an engine, as requested and as loaded."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,17 +6,18 @@ from enum import StrEnum
 
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.types import Floats, Rgb, Size
-from footprints_edge_bench.model_files.model_cache import NetworkFiles
+from footprints_edge_bench.model_files.model_cache import ModelCache
 
 
-class EngineError(FootprintsError):
-    """An engine that cannot run what it is asked to."""
+class BackendError(FootprintsError):
+    """An engine cannot run what it is asked to."""
 
 
 class Spinning(StrEnum):
-    """What onnxruntime's threads do while they wait; other engines have no such choice.
+    """What onnxruntime's threads do while they wait; other engines ignore it.
 
-    ``SHIPPED`` is what the runtime package does: they spin within a frame, and sleep after it.
+    ``SHIPPED`` is the setting of the runtime package: threads spin within a frame and sleep after
+    it.
     """
 
     SHIPPED = "shipped"
@@ -25,14 +26,14 @@ class Spinning(StrEnum):
 
 
 @dataclass(frozen=True)
-class Contender:
-    """One row: a network at a size, in an engine, at a precision.
+class Backend:
+    """One row of a table: a network at an input size, in an engine, at a precision.
 
     Attributes:
         network: ``edge``, ``reference``, or the path of a model file.
         size: (H, W) of the network's input.
         engine: key of ``ENGINES``.
-        precision: what the engine is asked for; ``Running.precision`` says what it does.
+        precision: the requested precision; ``LoadedBackend.precision`` is the one in use.
     """
 
     network: str
@@ -42,32 +43,32 @@ class Contender:
 
     @property
     def name(self) -> str:
-        """Such as ``reference 192x640 openvino bf16``."""
+        """Name of the row, such as ``reference 192x640 openvino bf16``."""
         return f"{self.network} {self.size[0]}x{self.size[1]} {self.engine} {self.precision}"
 
 
 @dataclass(frozen=True)
-class Setting:
-    """How contenders are run.
+class BackendSetting:
+    """How backends are run.
 
     Attributes:
-        files: where their model files come from.
-        threads: of one frame.
-        spinning: of onnxruntime's threads.
+        cache: supplies their model files.
+        threads: threads for one frame.
+        spinning: what onnxruntime's threads do while they wait.
     """
 
-    files: NetworkFiles
+    cache: ModelCache
     threads: int
     spinning: Spinning = Spinning.SHIPPED
 
 
 @dataclass(frozen=True)
-class Running:
-    """A contender that is loaded.
+class LoadedBackend:
+    """A backend that is ready to run.
 
     Attributes:
-        run: uint8 (1, H, W, 3) to maps float32 (1, 4, H, W), as a model file of ours does.
-        precision: read back from the engine: what its convolutions compute in, and how many.
+        run: maps an image, uint8 (1, H, W, 3), to maps, float32 (1, 4, H, W), as model files do.
+        precision: the precision of its convolutions and their number, read back from the engine.
         file_bytes: size of its model files; None where it has none of its own.
     """
 
@@ -76,8 +77,9 @@ class Running:
     file_bytes: int | None
 
 
-def counted(kinds: dict[str, int]) -> str:
-    """Convolutions by precision, most first: ``int8 (52 convolutions; float32 4)``."""
-    (first, most), *others = sorted(kinds.items(), key=lambda item: -item[1]) or [("unknown", 0)]
-    rest = "".join(f"; {kind} {count}" for kind, count in others)
+def describe_precisions(convolutions: dict[str, int]) -> str:
+    """Convolutions by precision, most frequent first: ``int8 (52 convolutions; float32 4)``."""
+    ranked = sorted(convolutions.items(), key=lambda item: -item[1]) or [("unknown", 0)]
+    (first, most), *others = ranked
+    rest = "".join(f"; {precision} {count}" for precision, count in others)
     return f"{first} ({most} convolutions{rest})"

@@ -1,4 +1,4 @@
-"""Loading contenders. To add an engine, add its file, its row in ``ENGINES`` and its precisions."""
+"""Loads backends. To add an engine, add its file and its precisions in ``ENGINES``."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -8,7 +8,12 @@ import numpy as np
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.types import Rgb
 from footprints_edge.model_files.metadata import OUTPUTS
-from footprints_edge_bench.engines.backend import Contender, EngineError, Running, Setting
+from footprints_edge_bench.engines.backend import (
+    Backend,
+    BackendError,
+    BackendSetting,
+    LoadedBackend,
+)
 from footprints_edge_bench.model_files.model_cache import outputs_of
 
 ENGINES = {
@@ -21,44 +26,48 @@ ENGINES = {
     "ncnn": ("fp32",),
     "litert": ("fp32",),
 }
-"""Engines and the precisions that they are asked for. ``-stock`` files are without our rewrites of
-the graph, which suit onnxruntime; ``-masks``, ``-depths`` and ``-scale`` files compute only that.
-OpenVINO's float rows start from stock files. Its ``int8`` is the very file that onnxruntime runs,
-``int8-nncf`` the stock float file quantized by OpenVINO's own tool on the same pictures."""
+"""Engines and the precisions that they are measured at.
+
+``-stock`` files lack our graph passes, which suit onnxruntime. ``-masks``, ``-depths`` and
+``-scale`` files compute only that part. The float rows of OpenVINO start from stock files. Its
+``int8`` row is the same file that onnxruntime runs, and ``int8-nncf`` is the stock float32 file
+quantized by OpenVINO's own tool on the same images."""
 
 
-def open_contender(contender: Contender, setting: Setting) -> Running:
-    """Loads a contender and runs it once.
+def open_backend(backend: Backend, setting: BackendSetting) -> LoadedBackend:
+    """Loads a backend and runs it once.
 
     Raises:
-        EngineError: it cannot run; the message says why.
+        BackendError: the backend cannot run; the message says why.
     """
-    if contender.precision not in ENGINES.get(contender.engine, ()):
-        raise EngineError(
-            f"{contender.engine} {contender.precision} is not a row; there are "
+    if backend.precision not in ENGINES.get(backend.engine, ()):
+        raise BackendError(
+            f"{backend.engine} {backend.precision} is not a row; choose from "
             + ", ".join(f"{name} {kind}" for name, kinds in ENGINES.items() for kind in kinds)
         )
-    module = import_module(f"footprints_edge_bench.engines.with_{contender.engine}")
-    open_with: Callable[[Contender, Setting], Running] = module.open_with
+    module = import_module(f"footprints_edge_bench.engines.with_{backend.engine}")
+    open_with: Callable[[Backend, BackendSetting], LoadedBackend] = module.open_with
     try:
-        running = open_with(contender, setting)
-        maps = running.run(np.zeros((1, *contender.size, 3), np.uint8))
+        loaded = open_with(backend, setting)
+        maps = loaded.run(np.zeros((1, *backend.size, 3), np.uint8))
     except FootprintsError as error:
-        raise EngineError(str(error)) from error
+        raise BackendError(str(error)) from error
     except ModuleNotFoundError as error:
-        raise EngineError(
+        raise BackendError(
             f"needs the package {error.name}; install it with: "
             "pip install 'footprints-edge[bench,peers]'"
         ) from error
     except Exception as error:  # engines share no base class
         first = next(iter(str(error).splitlines()), "")
-        raise EngineError(f"{type(error).__name__}: {first}") from error
-    channels = len(OUTPUTS[outputs_of(contender.precision)])
-    if maps.shape != (1, channels, *contender.size) or not np.isfinite(maps).all():
-        raise EngineError(f"its maps {maps.shape} are not finite (1, {channels}, H, W)")
-    return running
+        raise BackendError(f"{type(error).__name__}: {first}") from error
+    channels = len(OUTPUTS[outputs_of(backend.precision)])
+    if maps.shape != (1, channels, *backend.size) or not np.isfinite(maps).all():
+        raise BackendError(
+            f"its maps have shape {maps.shape} or are not finite; (1, {channels}, H, W) is expected"
+        )
+    return loaded
 
 
-def as_frame(running: Running, image: Rgb) -> Callable[[], object]:
-    """What is timed: one frame of a contender."""
-    return lambda: running.run(image)
+def as_frame(loaded: LoadedBackend, image: Rgb) -> Callable[[], object]:
+    """One frame of a backend, as it is timed."""
+    return lambda: loaded.run(image)

@@ -1,4 +1,4 @@
-"""What onnxruntime's profiler says of a model file, operator by operator."""
+"""Profiles a model file with onnxruntime, operator by operator."""
 
 import json
 import math
@@ -26,20 +26,20 @@ _WEIGHTS_INPUT = {
     "QLinearMatMul": 3,
     "QGemm": 3,
 }
-"""The operators that multiply and add, and which of their inputs holds the weights."""
+"""Operators with multiply-accumulates, and the index of the input with their weights."""
 
 _INTEGER = {"int8", "uint8"}
 
 
 @dataclass(frozen=True)
 class Operator:
-    """One operator of the graph that onnxruntime made of a file.
+    """One operator of the graph after onnxruntime's optimisation.
 
     Attributes:
-        kind: its type, such as ``QLinearConv``.
-        ms: median wall time a frame.
-        macs: multiply-additions a frame, as executed: padded channels count.
-        input_type: of its first input, such as ``uint8``.
+        kind: operator type, such as ``QLinearConv``.
+        ms: median wall time per frame.
+        macs: multiply-accumulates per frame, as executed: padded channels count.
+        input_type: type of its first input, such as ``uint8``.
     """
 
     kind: str
@@ -49,28 +49,28 @@ class Operator:
 
     @property
     def is_convolution(self) -> bool:
-        """Whether it is one."""
+        """Whether this is a convolution."""
         return "Conv" in self.kind
 
     @property
     def is_integer(self) -> bool:
-        """Whether it multiplies bytes."""
+        """Whether this operator multiplies 8-bit integers."""
         return self.kind in _WEIGHTS_INPUT and self.input_type in _INTEGER
 
 
 def profile(
     path: Path, feeds: Mapping[str, NDArray[np.generic]], *, threads: int, frames: int
 ) -> tuple[Operator, ...]:
-    """Runs a file under the profiler, after one frame that does not count.
+    """Runs a model file under the profiler, after one untimed frame.
 
     Args:
-        path: model file.
-        feeds: its inputs.
-        threads: of one frame.
-        frames: how many are timed.
+        path: the model file.
+        feeds: inputs by name.
+        threads: threads for one frame.
+        frames: number of timed frames.
 
     Returns:
-        Its operators in the order that they ran in.
+        The operators in the order in which they ran.
     """
     import onnxruntime as ort
 
@@ -94,13 +94,13 @@ def profile(
 def operators(
     events: Sequence[Mapping[str, Any]], frames: int, weights: Mapping[str, Sequence[int]]
 ) -> tuple[Operator, ...]:
-    """Reads the profiler's events: one for each operator and frame, of ``1 + frames`` frames.
+    """Operators from the profiler's events, one per operator in each of ``1 + frames`` frames.
 
     Args:
-        events: of the profiler.
-        frames: how many are timed, the last ones.
-        weights: shape of each multiplying operator's weights, by its name; the profiler does not
-            tell those that a kernel has laid out anew.
+        events: events of the profiler.
+        frames: number of timed frames, the last ones.
+        weights: shape of the weights by operator name; the profiler does not report the weights
+            that a kernel has repacked.
     """
     by_node: dict[str, list[Mapping[str, Any]]] = {}
     for event in events:
@@ -110,7 +110,7 @@ def operators(
 
 
 def convolutions(found: Sequence[Operator]) -> dict[str, int]:
-    """How many convolutions multiply bytes, and how many floats."""
+    """Number of convolutions by precision: int8 and floats."""
     kinds: dict[str, int] = {}
     for operator in found:
         if operator.is_convolution:
@@ -133,13 +133,13 @@ def _operator(
         macs = math.prod(made) * math.prod(shape[1:] if "Conv" in kind else shape[:1])
     timed = sorted(events, key=lambda event: event["ts"])[-frames:]
     ms = median(event["dur"] for event in timed) / 1000
-    # The first that is no scalar: some operators take scales before data.
+    # The first input that is not a scalar: some operators take scales before data.
     types = [dtype for dtype, shape in inputs if shape] or [dtype for dtype, _ in inputs]
     return Operator(kind, ms, macs, types[0] if types else "")
 
 
 def _weights(path: Path) -> dict[str, list[int]]:
-    """Shapes of the weights of a file's multiplying operators, by the operators' names."""
+    """Shapes of the weights in a file, by the name of their operator."""
     import onnx
 
     graph = onnx.load(path).graph

@@ -1,16 +1,22 @@
-"""LiteRT with its XNNPACK kernels, float32, converted by its own litert-torch."""
+"""LiteRT with its XNNPACK kernels, float32, converted by litert-torch."""
 
 from pathlib import Path
 
 from footprints_edge.foundation.types import Floats, Rgb
-from footprints_edge_bench.engines.backend import Contender, EngineError, Running, Setting, counted
+from footprints_edge_bench.engines.backend import (
+    Backend,
+    BackendError,
+    BackendSetting,
+    LoadedBackend,
+    describe_precisions,
+)
 
 
-def open_with(contender: Contender, setting: Setting) -> Running:
-    """Loads a contender; its precision is that of its convolutions' outputs."""
+def open_with(backend: Backend, setting: BackendSetting) -> LoadedBackend:
+    """Loads a backend; its precision is that of the outputs of its convolutions."""
     from ai_edge_litert.interpreter import Interpreter
 
-    path = _converted(contender, setting)
+    path = _converted(backend, setting)
     interpreter = Interpreter(str(path), num_threads=setting.threads)
     interpreter.allocate_tensors()
     (given,), (made,) = interpreter.get_input_details(), interpreter.get_output_details()
@@ -27,22 +33,22 @@ def open_with(contender: Contender, setting: Setting) -> Running:
         if operator["op_name"] in ("CONV_2D", "DEPTHWISE_CONV_2D"):
             kind = tensors[operator["outputs"][0]]["dtype"].__name__
             kinds[kind] = kinds.get(kind, 0) + 1
-    return Running(run, counted(kinds), path.stat().st_size)
+    return LoadedBackend(run, describe_precisions(kinds), path.stat().st_size)
 
 
-def _converted(contender: Contender, setting: Setting) -> Path:
+def _converted(backend: Backend, setting: BackendSetting) -> Path:
     try:
         import litert_torch
     except ModuleNotFoundError as error:
-        raise EngineError(
+        raise BackendError(
             "converting the network needs litert-torch, whose requirements conflict with those of "
-            "our own tests: no extra brings it; pip install litert-torch in another environment"
+            "our tests, so no extra installs it; pip install litert-torch in another environment"
         ) from error
     import torch
 
     from footprints_edge_models.networks.channels import raw_to_maps
 
-    network = setting.files.network(contender.network)
+    network = setting.cache.network(backend.network)
 
     class WithMaps(torch.nn.Module):
         def __init__(self) -> None:
@@ -53,12 +59,12 @@ def _converted(contender: Contender, setting: Setting) -> Path:
             return raw_to_maps(self.network(image.permute(0, 3, 1, 2).float() / 255))
 
     def make(folder: Path) -> None:
-        example = (torch.zeros(1, *contender.size, 3, dtype=torch.uint8),)
+        example = (torch.zeros(1, *backend.size, 3, dtype=torch.uint8),)
         litert_torch.convert(WithMaps().eval(), example).export(str(folder / "network.tflite"))
 
-    made = setting.files.kept(
-        f"{contender.network}-{contender.size[0]}x{contender.size[1]}-litert",
-        {"weights": setting.files.weights_sha256(contender.network), "size": contender.size},
+    made = setting.cache.kept(
+        f"{backend.network}-{backend.size[0]}x{backend.size[1]}-litert",
+        {"weights": setting.cache.weights_sha256(backend.network), "size": backend.size},
         make,
     )
     return made / "network.tflite"

@@ -1,4 +1,4 @@
-"""ncnn, float32, converted by its own pnnx."""
+"""ncnn, float32, converted by pnnx."""
 
 import subprocess
 from pathlib import Path
@@ -6,14 +6,19 @@ from pathlib import Path
 import numpy as np
 
 from footprints_edge.foundation.types import Floats, Rgb
-from footprints_edge_bench.engines.backend import Contender, EngineError, Running, Setting
+from footprints_edge_bench.engines.backend import (
+    Backend,
+    BackendError,
+    BackendSetting,
+    LoadedBackend,
+)
 
 
-def open_with(contender: Contender, setting: Setting) -> Running:
-    """Loads a contender; ncnn does not tell per operator, its options say what it computes in."""
+def open_with(backend: Backend, setting: BackendSetting) -> LoadedBackend:
+    """Loads a backend; ncnn reports no precision per operator, so it is taken from the options."""
     import ncnn
 
-    folder = _converted(contender, setting)
+    folder = _converted(backend, setting)
     param, weights = folder / "network.ncnn.param", folder / "network.ncnn.bin"
     net = ncnn.Net()
     net.opt.num_threads = setting.threads
@@ -21,8 +26,8 @@ def open_with(contender: Contender, setting: Setting) -> Running:
     net.opt.use_fp16_packed = net.opt.use_fp16_storage = net.opt.use_fp16_arithmetic = False
     net.opt.use_bf16_storage = False
     if net.load_param(str(param)) or net.load_model(str(weights)):
-        raise EngineError(f"ncnn does not load what pnnx made of {contender.network}")
-    height, width = contender.size
+        raise BackendError(f"ncnn cannot load the files that pnnx made of {backend.network}")
+    height, width = backend.size
 
     def run(image: Rgb) -> Floats:
         frame = ncnn.Mat.from_pixels(
@@ -33,7 +38,7 @@ def open_with(contender: Contender, setting: Setting) -> Running:
         extractor.input("in0", frame)
         failed, maps = extractor.extract("out0")
         if failed:
-            raise EngineError(f"ncnn failed on {contender.name}: code {failed}")
+            raise BackendError(f"ncnn failed on {backend.name}: code {failed}")
         return np.array(maps)[None]
 
     convolutions = sum(line.startswith("Convolution") for line in param.read_text().splitlines())
@@ -41,17 +46,17 @@ def open_with(contender: Contender, setting: Setting) -> Running:
     is_half = options.use_bf16_storage or options.use_fp16_arithmetic
     kind = "half precision" if is_half else "float32"
     file_bytes = param.stat().st_size + weights.stat().st_size
-    return Running(run, f"{kind} ({convolutions} convolutions, by its options)", file_bytes)
+    return LoadedBackend(run, f"{kind} ({convolutions} convolutions, by its options)", file_bytes)
 
 
-def _converted(contender: Contender, setting: Setting) -> Path:
+def _converted(backend: Backend, setting: BackendSetting) -> Path:
     import pnnx
     import torch
 
     from footprints_edge_models.networks.channels import raw_to_maps
 
-    network = setting.files.network(contender.network)
-    height, width = contender.size
+    network = setting.cache.network(backend.network)
+    height, width = backend.size
 
     class WithMaps(torch.nn.Module):
         def __init__(self) -> None:
@@ -62,16 +67,16 @@ def _converted(contender: Contender, setting: Setting) -> Path:
             return raw_to_maps(self.network(image))
 
     def make(folder: Path) -> None:
-        example = torch.zeros(1, 3, *contender.size)
+        example = torch.zeros(1, 3, *backend.size)
         traced = torch.jit.trace(WithMaps().eval(), example)  # type: ignore[no-untyped-call]
         traced.save(str(folder / "network.pt"))
         command = [pnnx.EXEC_PATH, "network.pt", f"inputshape=[1,3,{height},{width}]", "fp16=0"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if not (folder / "network.ncnn.param").is_file():
-            raise EngineError(f"pnnx made no ncnn files of {contender.network}: {done.stderr}")
+            raise BackendError(f"pnnx made no ncnn files of {backend.network}: {done.stderr}")
 
-    return setting.files.kept(
-        f"{contender.network}-{height}x{width}-ncnn",
-        {"weights": setting.files.weights_sha256(contender.network), "size": contender.size},
+    return setting.cache.kept(
+        f"{backend.network}-{height}x{width}-ncnn",
+        {"weights": setting.cache.weights_sha256(backend.network), "size": backend.size},
         make,
     )

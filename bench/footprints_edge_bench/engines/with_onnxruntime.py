@@ -1,4 +1,4 @@
-"""onnxruntime: as the runtime package runs it, or with another way of waiting."""
+"""onnxruntime, as the runtime package runs it or with other spinning."""
 
 from functools import partial
 from pathlib import Path
@@ -7,20 +7,26 @@ import numpy as np
 
 from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
 from footprints_edge.foundation.types import Floats, Rgb
-from footprints_edge_bench.engines.backend import Contender, Running, Setting, Spinning, counted
+from footprints_edge_bench.engines.backend import (
+    Backend,
+    BackendSetting,
+    LoadedBackend,
+    Spinning,
+    describe_precisions,
+)
 from footprints_edge_bench.engines.ort_profile import convolutions, profile
 
 
-def open_with(contender: Contender, setting: Setting) -> Running:
-    """Loads a contender; its precision is what the profiler saw its convolutions compute in."""
-    path = setting.files.onnx(contender.network, contender.size, contender.precision)
+def open_with(backend: Backend, setting: BackendSetting) -> LoadedBackend:
+    """Loads a backend; its precision is that of its convolutions in the profiler."""
+    path = setting.cache.onnx(backend.network, backend.size, backend.precision)
     if setting.spinning is Spinning.SHIPPED:
         run = OnnxRuntimeEngine(path, threads=setting.threads).run
     else:
         run = partial(_run, _session(path, setting.threads, setting.spinning))
-    noise = np.random.default_rng(0).integers(0, 256, (1, *contender.size, 3), np.uint8)
+    noise = np.random.default_rng(0).integers(0, 256, (1, *backend.size, 3), np.uint8)
     operators = profile(path, {"image": noise}, threads=setting.threads, frames=1)
-    return Running(run, counted(convolutions(operators)), path.stat().st_size)
+    return LoadedBackend(run, describe_precisions(convolutions(operators)), path.stat().st_size)
 
 
 def _session(path: Path, threads: int, spinning: Spinning) -> object:

@@ -1,6 +1,6 @@
-"""OpenVINO, on our int8 file, on the float file as exported, or on what its own NNCF makes of it.
+"""OpenVINO, on our int8 file, on the stock float32 file, or on that file quantized by NNCF.
 
-On processors with bfloat16 OpenVINO computes float networks in it unless it is told not to.
+On processors with bfloat16, OpenVINO computes float networks in it unless the precision is forced.
 """
 
 import contextlib
@@ -12,32 +12,38 @@ from typing import Any
 import numpy as np
 
 from footprints_edge.foundation.types import Floats, Rgb
-from footprints_edge_bench.engines.backend import Contender, Running, Setting, counted
+from footprints_edge_bench.engines.backend import (
+    Backend,
+    BackendSetting,
+    LoadedBackend,
+    describe_precisions,
+)
+from footprints_edge_bench.foundation.fingerprint import sha256_of_file
 
 _HINTS = {"fp32": "f32", "bf16": "bf16", "int8": "f32", "int8-nncf": "f32"}
 _FILES = {"fp32": "fp32-stock", "bf16": "fp32-stock", "int8": "int8"}
 _PRECISIONS = {"u8": "int8", "i8": "int8", "f32": "float32", "bf16": "bfloat16", "f16": "float16"}
 
 
-def open_with(contender: Contender, setting: Setting) -> Running:
-    """Loads a contender; its precisions are those of the graph that OpenVINO made."""
+def open_with(backend: Backend, setting: BackendSetting) -> LoadedBackend:
+    """Loads a backend; its precision is that of the graph that OpenVINO compiled."""
     import openvino
 
     core = openvino.Core()
-    if contender.precision == "int8-nncf":
-        path = _quantized(contender, setting)
+    if backend.precision == "int8-nncf":
+        path = _quantized(backend, setting)
         file_bytes = path.stat().st_size + path.with_suffix(".bin").stat().st_size
     else:
-        precision = _FILES[contender.precision]
-        path = setting.files.onnx(contender.network, contender.size, precision)
+        precision = _FILES[backend.precision]
+        path = setting.cache.onnx(backend.network, backend.size, precision)
         file_bytes = path.stat().st_size
     model = core.read_model(path)
-    model.reshape([1, *contender.size, 3])
+    model.reshape([1, *backend.size, 3])
     compiled = core.compile_model(
         model,
         "CPU",
         {
-            "INFERENCE_PRECISION_HINT": _HINTS[contender.precision],
+            "INFERENCE_PRECISION_HINT": _HINTS[backend.precision],
             "INFERENCE_NUM_THREADS": setting.threads,
             "NUM_STREAMS": 1,
             "PERFORMANCE_HINT": "LATENCY",
@@ -50,11 +56,11 @@ def open_with(contender: Contender, setting: Setting) -> Running:
         maps: Floats = np.array(request.get_output_tensor(0).data)
         return maps
 
-    return Running(run, counted(_convolutions(compiled)), file_bytes)
+    return LoadedBackend(run, describe_precisions(_convolutions(compiled)), file_bytes)
 
 
 def _convolutions(compiled: Any) -> dict[str, int]:  # noqa: ANN401
-    """How many convolutions of a compiled model compute in which precision."""
+    """Number of convolutions of a compiled model by precision."""
     kinds: dict[str, int] = {}
     for node in compiled.get_runtime_model().get_ordered_ops():
         facts = node.get_rt_info()
@@ -70,25 +76,27 @@ def _plain(facts: Any, key: str) -> object:  # noqa: ANN401
     return getattr(value, "value", value)
 
 
-def _quantized(contender: Contender, setting: Setting) -> Path:
-    """The float file, quantized by NNCF on the pictures that our own int8 is calibrated on."""
+def _quantized(backend: Backend, setting: BackendSetting) -> Path:
+    """The float32 file quantized by NNCF, on the calibration images of our own int8."""
     import nncf
     import openvino
 
-    source = setting.files.onnx(contender.network, contender.size, "fp32-stock")
+    source = setting.cache.onnx(backend.network, backend.size, "fp32-stock")
 
     def make(folder: Path) -> None:
         logging.getLogger("nncf").setLevel(logging.ERROR)
         model = openvino.Core().read_model(source)
-        model.reshape([1, *contender.size, 3])
-        images = setting.files.calibration_images(contender.size)
-        with contextlib.redirect_stdout(io.StringIO()):  # it draws progress bars there
-            quantized = nncf.quantize(model, nncf.Dataset(images), subset_size=len(images))
+        model.reshape([1, *backend.size, 3])
+        images = setting.cache.calibration_images(backend.size)
+        with contextlib.redirect_stdout(io.StringIO()):  # NNCF draws progress bars there
+            quantized = nncf.quantize(
+                model, nncf.EvaluationDataset(images), subset_size=len(images)
+            )
         openvino.save_model(quantized, folder / "model.xml", compress_to_fp16=False)
 
-    made = setting.files.kept(
-        f"{contender.network}-{contender.size[0]}x{contender.size[1]}-nncf",
-        {"source": setting.files.sha256(source), "nncf": nncf.__version__},
+    made = setting.cache.kept(
+        f"{backend.network}-{backend.size[0]}x{backend.size[1]}-nncf",
+        {"source": sha256_of_file(source), "nncf": nncf.__version__},
         make,
     )
     return made / "model.xml"

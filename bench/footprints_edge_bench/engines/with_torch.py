@@ -1,16 +1,21 @@
-"""PyTorch eager, float32: the network as it was trained."""
+"""PyTorch in eager mode, float32: the network as it was trained."""
 
 from footprints_edge.foundation.types import Floats, Rgb
-from footprints_edge_bench.engines.backend import Contender, Running, Setting, counted
+from footprints_edge_bench.engines.backend import (
+    Backend,
+    BackendSetting,
+    LoadedBackend,
+    describe_precisions,
+)
 
 
-def open_with(contender: Contender, setting: Setting) -> Running:
-    """Loads a contender; its precision is that of its weights."""
+def open_with(backend: Backend, setting: BackendSetting) -> LoadedBackend:
+    """Loads a backend; its precision is that of its weights."""
     import torch
 
     from footprints_edge_models.networks.channels import raw_to_maps
 
-    network = setting.files.network(contender.network)
+    network = setting.cache.network(backend.network)
     torch.set_num_threads(setting.threads)
 
     def run(image: Rgb) -> Floats:
@@ -24,4 +29,4 @@ def open_with(contender: Contender, setting: Setting) -> Running:
         if isinstance(module, torch.nn.Conv2d):
             kind = str(module.weight.dtype).removeprefix("torch.")
             kinds[kind] = kinds.get(kind, 0) + 1
-    return Running(run, counted(kinds), None)
+    return LoadedBackend(run, describe_precisions(kinds), None)

@@ -1,1 +1,1 @@
-"""Boxes, voxels and convex hulls that the baselines need."""
+"""Oriented boxes, voxel grids and convex hulls, for the baselines."""

@@ -1,4 +1,4 @@
-"""Oriented boxes around things, and what they stand on: the baseline "3D bounding boxes"."""
+"""Oriented boxes around objects and their footprints: the baseline "3D bounding boxes"."""
 
 import json
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ from footprints_edge.foundation.types import Mask, Size
 from footprints_edge.geometry.camera import Intrinsics
 
 _NEAREST_M = 0.05
-"""Where a footprint reaches behind the camera, it is cut off here."""
+"""Footprints are clipped to depths from here on, since a camera sees nothing behind itself."""
 
 
 class BoxesError(FootprintsError):
-    """A file of boxes is missing or not as expected."""
+    """A file of boxes is missing or malformed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Box:
         return corners
 
     def footprint(self, intrinsics: Intrinsics, size: Size) -> Mask:
-        """Pixels (H, W) whose rays meet the bottom face: what the box stands on, seen or hidden."""
+        """Pixels (H, W) whose rays meet the bottom face, whether it is visible or hidden."""
         from skimage.draw import polygon
 
         mask = np.zeros(size, bool)
@@ -54,21 +54,21 @@ class Box:
 
 
 def read_boxes(path: Path) -> dict[str, tuple[Box, ...]]:
-    """Boxes by image.
+    """Boxes by image name.
 
-    The file is JSON: the image's name to a list of boxes, each with ``centre_m`` [3], ``size_m``
-    [3] and ``rotation`` 3x3, see :class:`Box`.
+    The file is a JSON object. It maps each image name to a list of boxes with ``centre_m`` [3],
+    ``size_m`` [3] and ``rotation`` 3x3, see :class:`Box`.
 
     Raises:
-        BoxesError: the file is missing or says something else.
+        BoxesError: the file is missing or malformed.
     """
     try:
         stated = json.loads(path.read_text(encoding="utf-8"))
         return {name: tuple(_box(entry) for entry in entries) for name, entries in stated.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise BoxesError(
-            f"{path}: no readable boxes ({type(error).__name__}: {error}); give image names with "
-            "lists of centre_m [3], size_m [3], rotation 3x3 (docs/accuracy.md)"
+            f"{path}: cannot read boxes ({type(error).__name__}: {error}); map each image name to "
+            "a list of boxes with centre_m [3], size_m [3], rotation 3x3 (docs/accuracy.md)"
         ) from error
 
 
@@ -77,14 +77,14 @@ def _box(entry: dict[str, object]) -> Box:
         np.asarray(entry[key], dtype=np.float64) for key in ("centre_m", "size_m", "rotation")
     )
     if centre_m.shape != (3,) or size_m.shape != (3,) or rotation.shape != (3, 3):
-        raise ValueError(f"a box of {centre_m.shape}, {size_m.shape}, {rotation.shape}")
+        raise ValueError(f"a box has shapes {centre_m.shape}, {size_m.shape}, {rotation.shape}")
     if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-3):
-        raise ValueError(f"{rotation.tolist()} is no rotation")
+        raise ValueError(f"{rotation.tolist()} is not a rotation")
     return Box(centre_m, size_m, rotation)
 
 
 def _in_front(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The part of a convex polygon (N, 3) that lies before the camera."""
+    """The part of a convex polygon (N, 3) that lies in front of the camera."""
     kept = []
     for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         if here[2] >= _NEAREST_M:

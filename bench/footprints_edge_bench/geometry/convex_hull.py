@@ -1,4 +1,4 @@
-"""The convex hull of a mask: the paper's baseline, and Matterport's region of evaluation."""
+"""Convex hull of a mask: a baseline of the paper, and the region of its footprint scores."""
 
 import numpy as np
 
@@ -6,10 +6,10 @@ from footprints_edge.foundation.types import Mask
 
 
 def convex_hull(mask: Mask) -> Mask:
-    """The smallest convex mask around a mask, pixels taken as squares; bool (H, W).
+    """The smallest convex mask around a mask, with pixels as squares; bool (H, W).
 
-    scikit-image's, as in the published evaluation: another library's hull differs at the border
-    by a pixel, and so would every figure that is compared with the paper's.
+    The published evaluation uses scikit-image. Hulls of other libraries differ by a pixel at the
+    border, and scores would no longer be comparable with the paper's.
     """
     from skimage.morphology import convex_hull_image
 

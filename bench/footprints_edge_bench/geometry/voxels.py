@@ -1,4 +1,4 @@
-"""A scene in voxels of known class, as SSCNet predicts it, and its floor seen by a camera."""
+"""Voxel grids with semantic labels, as SSCNet predicts them, and their floor seen by a camera."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,13 +14,13 @@ CLASSES = (
     *("empty", "ceiling", "floor", "wall", "window", "chair", "bed", "sofa", "table", "tvs"),
     *("furniture", "objects"),
 )
-"""SSCNet's classes in its order: what labels mean where a file names no classes."""
+"""SSCNet's classes in its order; the default where a file names no classes."""
 PROJECTED_DOWN = frozenset({"chair", "bed", "sofa", "table", "tv", "tvs"})
-"""What the paper's SSCNet+ projects to the floor."""
+"""Classes that the paper's SSCNet+ projects to the floor."""
 
 
 class VoxelsError(FootprintsError):
-    """A voxel file is not as expected."""
+    """A voxel file is missing or malformed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,16 +42,16 @@ class VoxelGrid:
     class_names: tuple[str, ...] = CLASSES
 
     def floor(self, intrinsics: Intrinsics, size: Size) -> tuple[Floats, Mask]:
-        """The floor voxels as a camera sees them, everything else taken away.
+        """The floor voxels as a camera would see them with everything else removed.
 
-        What stands in front hides nothing: "voxels estimated as `floor' are reprojected into the
+        Objects in front hide nothing: "voxels estimated as `floor' are reprojected into the
         camera" (paper, "Voxel prediction").
 
         Returns:
             Depth along the optical axis at which each ray first enters a floor voxel, float32
-            (H, W), metres, right to half a voxel, infinite where it enters none; and where that
-            voxel has none of ``PROJECTED_DOWN`` in its column, bool (H, W): what is left of the
-            floor in the paper's SSCNet+.
+            (H, W), metres, accurate to half a voxel, infinite where it enters none. And a mask,
+            bool (H, W), of rays whose floor voxel has nothing of ``PROJECTED_DOWN`` in its column:
+            the floor that remains in the paper's SSCNet+.
         """
         is_floor = self._is({"floor"})
         depth_m = np.full(size[0] * size[1], np.inf, np.float32)
@@ -59,7 +59,7 @@ class VoxelGrid:
         if not is_floor.any():
             return depth_m.reshape(size), clear.reshape(size)
         covered: Mask = np.any(self._is(PROJECTED_DOWN), axis=2)
-        # In units of voxels: where the camera stands, and how a ray moves for a metre of depth.
+        # In units of voxels: the camera's position, and how far a ray moves per metre of depth.
         start = (self.camera_to_grid[:3, 3] - self.origin_m) / self.voxel_m
         steps = rays(intrinsics, size).reshape(-1, 3) @ self.camera_to_grid[:3, :3].T / self.voxel_m
         enter_m, leave_m = _between(start, steps, is_floor)
@@ -86,7 +86,7 @@ class VoxelGrid:
 def _between(
     start: NDArray[np.float64], steps: NDArray[np.float64], is_floor: Mask
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Depths, metres, between which each ray is within the box that holds all floor voxels."""
+    """Depths, metres, at which each ray enters and leaves the bounding box of all floor voxels."""
     occupied = np.nonzero(is_floor)
     low = np.array([axis.min() for axis in occupied])
     high = np.array([axis.max() + 1 for axis in occupied])
@@ -98,10 +98,10 @@ def _between(
 
 
 def read_voxels(path: Path) -> VoxelGrid:
-    """A grid from an npz file with the attributes of :class:`VoxelGrid`; class_names may be absent.
+    """A grid from an npz file with the attributes of :class:`VoxelGrid`; class_names is optional.
 
     Raises:
-        VoxelsError: the file is missing or holds something else.
+        VoxelsError: the file is missing or malformed.
     """
     try:
         with np.load(path) as arrays:
@@ -115,7 +115,7 @@ def read_voxels(path: Path) -> VoxelGrid:
             )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise VoxelsError(
-            f"{path}: no readable voxels ({type(error).__name__}: {error}); give labels (X, Y, Z), "
+            f"{path}: cannot read voxels ({type(error).__name__}: {error}); give labels (X, Y, Z), "
             "origin_m, voxel_m and camera_to_grid (docs/accuracy.md)"
         ) from error
     shapes = (grid.labels.ndim, grid.origin_m.shape, grid.camera_to_grid.shape)

@@ -1,1 +1,1 @@
-"""What is truly known of images, one kind of dataset a file."""
+"""Datasets with ground truth, one file per kind."""

@@ -1,4 +1,4 @@
-"""What is truly known of an image, and a dataset of such images."""
+"""The ground truth of one image, and a dataset of such images."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -11,45 +11,45 @@ from footprints_edge_bench.geometry.boxes import Box
 from footprints_edge_bench.geometry.voxels import VoxelGrid
 
 
-class TruthError(FootprintsError):
-    """Data to evaluate on is missing or not laid out as expected."""
+class GroundTruthError(FootprintsError):
+    """A dataset is missing or is not laid out as expected."""
 
 
 @dataclass(frozen=True, eq=False)
-class KnownMask:
-    """A true mask and where it is known.
+class LabelledMask:
+    """A mask of the ground truth and where it is valid.
 
     Attributes:
-        mask: bool (H, W); False where unknown.
-        known: bool (H, W); what is not known is not scored.
+        mask: bool (H, W); False where it is not valid.
+        valid: bool (H, W); pixels outside are not scored.
     """
 
     mask: Mask
-    known: Mask
+    valid: Mask
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
-    """The truth of one image; None is what a dataset does not know. All maps are (H, W).
+class GroundTruth:
+    """The ground truth of one image; None where the dataset has none. All maps are (H, W).
 
     Attributes:
-        image: the picture's file.
-        size: (H, W) of the maps, at which predictions are judged.
-        intrinsics: the camera in pixels of the picture.
+        image: the image file.
+        size: (H, W) of the maps, at which predictions are scored.
+        intrinsics: the camera, in pixels of the image.
         visible_ground: the paper's S.
         ground: the paper's S*.
-        visible_depth_m: float32, metres along the optical axis, 0 where unknown: D.
-        ground_depth_m: float32, metres along the optical axis, 0 where unknown: D*.
-        region: bool, where footprints are judged.
-        boxes: things in the image, for the box baseline.
+        visible_depth_m: the paper's D, float32, metres along the optical axis, 0 where unknown.
+        ground_depth_m: the paper's D*, float32, metres along the optical axis, 0 where unknown.
+        region: bool, where footprints are scored.
+        boxes: objects in the image, for the box baseline.
         voxels: the scene in voxels, for the voxel baselines.
     """
 
     image: Path
     size: Size
     intrinsics: Intrinsics | None = None
-    visible_ground: KnownMask | None = None
-    ground: KnownMask | None = None
+    visible_ground: LabelledMask | None = None
+    ground: LabelledMask | None = None
     visible_depth_m: Floats | None = None
     ground_depth_m: Floats | None = None
     region: Mask | None = None
@@ -59,25 +59,27 @@ class Truth:
 
 @dataclass(frozen=True)
 class Item:
-    """One image of a dataset, not read yet.
+    """One image of a dataset; its ground truth is read on demand.
 
     Attributes:
-        name: unique among all datasets of a run: the dataset's name, a slash, the image's.
-        load: reads its truth.
+        name: dataset name, slash, image name; unique among all datasets of a run.
+        load: reads the ground truth.
+        files: the files that the ground truth is read from, in a fixed order.
     """
 
     name: str
-    load: Callable[[], Truth] = field(repr=False)
+    load: Callable[[], GroundTruth] = field(repr=False)
+    files: tuple[Path, ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True)
-class Dataset:
-    """Images whose truth has one source.
+class EvaluationDataset:
+    """Images with ground truth from one folder.
 
     Attributes:
-        name: of the folder.
-        kind: which reader it is from.
-        items: in order.
+        name: name of the folder.
+        kind: key of ``datasets.KINDS``.
+        items: the images, in order.
     """
 
     name: str

@@ -1,10 +1,10 @@
-"""Truth of an RGB-D clip: what the whole clip saw of the floor, in each of its views.
+"""RGB-D clips: the ground truth of a frame combines what all frames saw of the floor.
 
-Every frame's depth goes into one top-down map of the floor; projected into a view, the map says
-where ground is, seen or hidden ("a top-down floor map reprojected into the camera view", paper,
-section "Our Footprints world model"). Ground is what the definition says, a walkable surface
-anywhere on the ray: the floor of another room, seen through a wall, is ground too, if the clip
-went there. What no frame saw is not scored.
+The depth of every frame is merged into one top-down map of the floor. Projected into a view, the
+map says where ground is, visible or hidden ("a top-down floor map reprojected into the camera
+view", paper, section "Our Footprints world model"). By the paper's definition, ground is a walkable
+surface anywhere on the ray. So the floor of another room, behind a wall, is ground too if the clip
+went there. Places that no frame saw are not scored.
 """
 
 from collections.abc import Iterator
@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footprints_edge_bench.geometry.convex_hull import convex_hull
-from footprints_edge_bench.ground_truth.base import Item, KnownMask, Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth, Item, LabelledMask
 
 if TYPE_CHECKING:
     from footprints_edge_models.mapping.floor_map import FloorMap
     from footprints_edge_models.sequences.sequence import Sequence, SequenceFrame
 
 _PLANE_STRIDE = 4
-"""The floor's plane is fitted to every so manieth frame."""
+"""The floor plane is fitted to every Nth frame."""
 
 
 def is_clip(folder: Path) -> bool:
@@ -31,18 +31,21 @@ def is_clip(folder: Path) -> bool:
 
 
 def read_clip(folder: Path) -> Iterator[Item]:
-    """The frames of a clip, see CONTRIBUTING.md for its layout; its map is made when one is read.
+    """The frames of a clip; CONTRIBUTING.md describes the layout.
+
+    The floor map is built when the first frame is loaded.
 
     Raises:
         SequenceError: the folder is not laid out as expected.
     """
     clip = open_clip(folder)
+    files = (folder / "sequence.json", *sorted((folder / "depth").rglob("*.png")))
     for frame in clip.sequence.frames:
-        yield Item(frame.name, partial(clip.truth, frame))
+        yield Item(frame.name, partial(clip.ground_truth, frame), files)
 
 
 def open_clip(folder: Path) -> "Clip":
-    """A clip, of which nothing but its description is read yet.
+    """A clip; only its description is read yet.
 
     Raises:
         SequenceError: the folder is not laid out as expected.
@@ -56,20 +59,20 @@ class Clip:
     """A clip and the map of its floor."""
 
     def __init__(self, sequence: "Sequence") -> None:
-        """Of a sequence; its map is made when it is first asked for."""
+        """Takes a sequence; nothing is read until the floor map is needed."""
         self.sequence = sequence
 
     @cached_property
     def floor_map(self) -> "FloorMap":
-        """Of all frames."""
+        """Map of the floor from all frames."""
         from footprints_edge_models.mapping.floor_map import build_floor_map, fit_floor
 
         frames = [frame.measured() for frame in self.sequence.frames]
         up = np.array(self.sequence.up or (0, 1, 0), dtype=np.float64)
         return build_floor_map(frames, fit_floor(frames[::_PLANE_STRIDE], up))
 
-    def truth(self, frame: "SequenceFrame") -> Truth:
-        """What is known of a frame."""
+    def ground_truth(self, frame: "SequenceFrame") -> GroundTruth:
+        """The ground truth of a frame."""
         from footprints_edge_models.mapping.floor_map import FREE, OCCUPIED, ground_by_depth
         from footprints_edge_models.sample import UNKNOWN, YES
 
@@ -78,13 +81,13 @@ class Clip:
         seen = ground_by_depth(view, self.floor_map.plane)
         visible = seen == YES
         ground = (cells == FREE) | visible
-        above_the_horizon = floor_depth_m <= 0
-        return Truth(
+        above_horizon = floor_depth_m <= 0
+        return GroundTruth(
             frame.image,
             (cells.shape[0], cells.shape[1]),
             frame.intrinsics,
-            KnownMask(visible, seen != UNKNOWN),
-            KnownMask(ground, ground | (cells == OCCUPIED) | above_the_horizon),
+            LabelledMask(visible, seen != UNKNOWN),
+            LabelledMask(ground, ground | (cells == OCCUPIED) | above_horizon),
             view.depth_m,
             np.where(ground, floor_depth_m, 0).astype(np.float32),
             convex_hull(visible),

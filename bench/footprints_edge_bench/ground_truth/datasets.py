@@ -1,27 +1,27 @@
-"""Which folder holds which kind of truth, and the part of it that is asked for.
+"""Opens datasets: which reader a folder needs, and which of its images to use.
 
-To add a kind, write a reader that yields the items of a folder and name it in ``KINDS``.
+To add a kind of dataset, write a reader that yields the items of a folder and add it to ``KINDS``.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
-from footprints_edge_bench.ground_truth.base import Dataset, Item, TruthError
+from footprints_edge_bench.ground_truth.base import EvaluationDataset, GroundTruthError, Item
 from footprints_edge_bench.ground_truth.clip import is_clip, read_clip
-from footprints_edge_bench.ground_truth.kitti import is_kitti_truth, read_kitti_truth
-from footprints_edge_bench.ground_truth.matterport import is_matterport_truth, read_matterport_truth
+from footprints_edge_bench.ground_truth.kitti import is_kitti_folder, read_kitti
+from footprints_edge_bench.ground_truth.matterport import is_matterport_folder, read_matterport
 from footprints_edge_bench.ground_truth.photos import is_photo_folder, read_photos
 from footprints_edge_bench.ground_truth.scenes import is_scene_folder, read_scenes
 
 
 @dataclass(frozen=True)
-class Reading:
-    """What a reader may need to know beside the folder.
+class ReadingOptions:
+    """Facts that some readers need in addition to the folder.
 
     Attributes:
-        images: where the pictures are, if elsewhere.
+        images: where the images are, if they are elsewhere.
         walkable: class ids of ground, for labelled photos.
         void: class ids that are not scored.
     """
@@ -32,36 +32,43 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A kind of truth: whether a folder holds it, and its items with names unique in the folder."""
+class DatasetKind:
+    """A kind of dataset.
+
+    Attributes:
+        recognises: whether a folder is of this kind, by the files in it.
+        read: yields the items of a folder; their names are unique in the folder.
+    """
 
     recognises: Callable[[Path], bool]
-    read: Callable[[Path, Reading], Iterator[Item]]
+    read: Callable[[Path, ReadingOptions], Iterator[Item]]
 
 
-KINDS: dict[str, Kind] = {
-    "clip": Kind(is_clip, lambda folder, _: read_clip(folder)),
-    "made scenes": Kind(is_scene_folder, lambda folder, _: read_scenes(folder)),
-    "KITTI": Kind(is_kitti_truth, lambda folder, reading: read_kitti_truth(folder, reading.images)),
-    "Matterport": Kind(
-        is_matterport_truth, lambda folder, reading: read_matterport_truth(folder, reading.images)
+KINDS: dict[str, DatasetKind] = {
+    "clip": DatasetKind(is_clip, lambda folder, _: read_clip(folder)),
+    "synthetic scenes": DatasetKind(is_scene_folder, lambda folder, _: read_scenes(folder)),
+    "KITTI": DatasetKind(
+        is_kitti_folder, lambda folder, reading: read_kitti(folder, reading.images)
     ),
-    "photos": Kind(
+    "Matterport": DatasetKind(
+        is_matterport_folder, lambda folder, reading: read_matterport(folder, reading.images)
+    ),
+    "photos": DatasetKind(
         is_photo_folder, lambda folder, reading: read_photos(folder, reading.walkable, reading.void)
     ),
 }
-"""By name; the first that recognises a folder reads it (clips may have labels as photos do)."""
+"""By name. The first kind that recognises a folder reads it, since clips may have labels too."""
 
 
 @dataclass(frozen=True)
-class Part:
-    """Which images of each dataset are scored.
+class Subset:
+    """The images of each dataset that are used.
 
     Attributes:
-        begin: the first one, as a share of all.
-        end: the one after the last, likewise.
-        every: every so manieth of these.
-        held_out: only those that ``fp-train edge`` holds out of a dataset that it knows by name.
+        begin: start, as a share of all images.
+        end: end (exclusive), as a share of all images.
+        every: use every Nth image between them.
+        held_out: use only images that ``fp-train edge`` holds out of datasets it knows by name.
     """
 
     begin: Fraction = Fraction(0)
@@ -70,23 +77,30 @@ class Part:
     held_out: bool = False
 
     @classmethod
-    def parse(cls, text: str, every: int = 1, *, held_out: bool = False) -> "Part":
+    def parse(cls, text: str, every: int = 1, *, held_out: bool = False) -> "Subset":
         """From text such as ``0.8:1``, the last fifth.
 
         Raises:
-            TruthError: the text is something else.
+            GroundTruthError: the text is not a range of shares.
         """
         begin, colon, end = text.partition(":")
         try:
-            part = cls(Fraction(begin or 0), Fraction(end or 1), every, held_out)
+            subset = cls(Fraction(begin or 0), Fraction(end or 1), every, held_out)
         except (ValueError, ZeroDivisionError):
             colon = ""
-        if not colon or not 0 <= part.begin < part.end <= 1:
-            raise TruthError(f"a part {text!r}: give shares of the images, such as 0.8:1")
-        return part
+        if not colon or not 0 <= subset.begin < subset.end <= 1:
+            raise GroundTruthError(
+                f"{text!r} is not a part of a dataset; give two shares of its images, such as 0.8:1"
+            )
+        return subset
+
+    @property
+    def shares(self) -> str:
+        """Begin and end as text, such as ``0.8:1``."""
+        return f"{float(self.begin):g}:{float(self.end):g}"
 
     def of(self, dataset: str, items: tuple[Item, ...]) -> tuple[Item, ...]:
-        """The items of this part of a dataset."""
+        """The items of this subset of a dataset."""
         if self.held_out:
             from footprints_edge_models.data.splits import held_out
 
@@ -95,11 +109,11 @@ class Part:
         return items[begin : end : self.every]
 
 
-def open_dataset(folder: Path, reading: Reading, part: Part) -> Dataset:
-    """The images of a folder that are asked for; their truth is read later.
+def open_dataset(folder: Path, reading: ReadingOptions, subset: Subset) -> EvaluationDataset:
+    """The images of a folder that are in the subset; no ground truth is read yet.
 
     Raises:
-        TruthError: the folder holds no truth of a known kind, or no image is left.
+        GroundTruthError: the folder is of no known kind, or the subset is empty.
     """
     for name, kind in KINDS.items():
         if folder.is_dir() and kind.recognises(folder):
@@ -107,26 +121,32 @@ def open_dataset(folder: Path, reading: Reading, part: Part) -> Dataset:
             named = (
                 replace(item, name=f"{title}/{item.name}") for item in kind.read(folder, reading)
             )
-            items = part.of(title, tuple(named))
+            items = subset.of(title, tuple(named))
             if not items:
-                raise TruthError(f"{folder}: no image is left in the part that is asked for")
-            return Dataset(title, name, items)
-    raise TruthError(
-        f"{folder}: no truth of a known kind; it needs sequence.json, scenes.json, *_combined.png "
-        "(KITTI), *_groundtruth.npy (Matterport), or images/ and labels/ (docs/accuracy.md)"
+                raise GroundTruthError(
+                    f"{folder}: no image is left in the requested part; widen --frames, or lower "
+                    "--every"
+                )
+            return EvaluationDataset(title, name, items)
+    raise GroundTruthError(
+        f"{folder}: not a dataset with ground truth; it needs sequence.json (clip), scenes.json "
+        "(synthetic scenes), *_combined.png (KITTI), *_groundtruth.npy (Matterport), or images/ "
+        "and labels/ (photos); see docs/accuracy.md"
     )
 
 
-def open_datasets(folders: list[Path], reading: Reading, part: Part) -> tuple[Dataset, ...]:
-    """The images of several folders.
+def open_datasets(
+    folders: Sequence[Path], reading: ReadingOptions, subset: Subset
+) -> tuple[EvaluationDataset, ...]:
+    """The images of several folders that are in the subset.
 
     Raises:
-        TruthError: as :func:`open_dataset`, or two folders have one name.
+        GroundTruthError: see :func:`open_dataset`; or two folders have the same name.
     """
-    datasets = tuple(open_dataset(folder, reading, part) for folder in folders)
+    datasets = tuple(open_dataset(folder, reading, subset) for folder in folders)
     names = [dataset.name for dataset in datasets]
     if twins := sorted({name for name in names if names.count(name) > 1}):
-        raise TruthError(
+        raise GroundTruthError(
             f"more than one folder is called {', '.join(twins)}; results are kept by name: "
             "rename one, or evaluate them one after the other"
         )

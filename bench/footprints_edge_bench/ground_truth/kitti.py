@@ -1,7 +1,7 @@
 """The published annotations of KITTI's Eigen test split (paper, section "Evaluation on KITTI").
 
-``XXXXX_ground.png`` is the polygon of walkable surface, seen and hidden; ``XXXXX_objects.png`` the
-footprints within it; ``XXXXX_combined.png`` the one without the other: the true ground.
+``XXXXX_ground.png`` outlines the walkable surface, visible and hidden. ``XXXXX_objects.png`` holds
+the footprints of objects on it. ``XXXXX_combined.png`` is the first without the second: the ground.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,59 +13,73 @@ from PIL import Image
 
 from footprints_edge.foundation.types import Mask
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge_bench.ground_truth.base import Item, KnownMask, Truth, TruthError
-from footprints_edge_bench.ground_truth.pictures import picture_named
+from footprints_edge_bench.ground_truth.base import (
+    GroundTruth,
+    GroundTruthError,
+    Item,
+    LabelledMask,
+)
+from footprints_edge_bench.ground_truth.find_image import image_named
 
 _FOCAL_SHARES = (0.58, 1.92)
-"""Focal lengths of KITTI's colour cameras over width and height, as published training has them."""
+"""Focal lengths of KITTI's colour cameras as shares of width and height, as in the published
+training code."""
 
 
-def is_kitti_truth(folder: Path) -> bool:
+def is_kitti_folder(folder: Path) -> bool:
     """Whether a folder holds the annotations."""
     return next(folder.glob("*_combined.png"), None) is not None
 
 
-def read_kitti_truth(folder: Path, images: Path | None) -> Iterator[Item]:
+def read_kitti(folder: Path, images: Path | None) -> Iterator[Item]:
     """The annotated images.
 
     Args:
-        folder: of the annotations.
-        images: a folder of pictures ``XXXXX.*``; or a text file that lists the pictures of the
-            split in order, one a line: paths relative to the file's own folder, or
-            ``DRIVE FRAME l|r`` as lists of the Eigen split have it.
+        folder: the annotations.
+        images: a folder of images ``XXXXX.*``; or a text file that lists the images of the split
+            in order, one per line, either as a path relative to the text file's folder or as
+            ``DRIVE FRAME l|r``, the form of the Eigen split's lists.
 
     Raises:
-        TruthError: the pictures are not there.
+        GroundTruthError: the images are not given.
     """
     if images is None:
-        raise TruthError(
-            f"{folder} holds KITTI annotations without pictures; give --images a folder of "
+        raise GroundTruthError(
+            f"{folder} holds KITTI annotations without images; give --images a folder of "
             "XXXXX.png, or the text file that lists the test split, in the folder of the raw data"
         )
-    picture: Callable[[str], Path]
+    find_image: Callable[[str], Path]
+    lists: tuple[Path, ...] = ()
     if images.is_dir():
-        picture = partial(picture_named, images)
+        find_image = partial(image_named, images)
     else:
-        picture = partial(_listed, images, images.read_text(encoding="utf-8").splitlines())
-    for path in sorted(folder.glob("*_combined.png")):
-        number = path.name.removesuffix("_combined.png")
-        yield Item(number, partial(_load, folder, number, picture))
+        find_image = partial(_listed, images, images.read_text(encoding="utf-8").splitlines())
+        lists = (images,)
+    for combined in sorted(folder.glob("*_combined.png")):
+        number = combined.name.removesuffix("_combined.png")
+        outline = folder / f"{number}_ground.png"
+        load = partial(_load, combined, outline, number, find_image)
+        yield Item(number, load, (combined, outline, *lists))
 
 
-def _load(folder: Path, number: str, picture: Callable[[str], Path]) -> Truth:
-    combined = _mask(folder / f"{number}_combined.png")
-    region = _mask(folder / f"{number}_ground.png")
-    if combined.shape != region.shape:
-        raise TruthError(f"{folder}: the masks of {number} are {combined.shape} and {region.shape}")
-    image = picture(number)
+def _load(
+    combined: Path, outline: Path, number: str, find_image: Callable[[str], Path]
+) -> GroundTruth:
+    ground, region = _mask(combined), _mask(outline)
+    if ground.shape != region.shape:
+        raise GroundTruthError(
+            f"{combined.parent}: the masks of {number} have shapes {ground.shape} and "
+            f"{region.shape}; both must have the same"
+        )
+    image = find_image(number)
     with Image.open(image) as opened:
         width, height = opened.size
     fx, fy = _FOCAL_SHARES[0] * width, _FOCAL_SHARES[1] * height
-    return Truth(
+    return GroundTruth(
         image,
-        (combined.shape[0], combined.shape[1]),
+        (ground.shape[0], ground.shape[1]),
         Intrinsics(fx, fy, (width - 1) / 2, (height - 1) / 2),
-        ground=KnownMask(combined, np.ones_like(combined)),
+        ground=LabelledMask(ground, np.ones_like(ground)),
         region=region,
     )
 
@@ -75,12 +89,15 @@ def _mask(path: Path) -> Mask:
 
 
 def _listed(path: Path, lines: list[str], number: str) -> Path:
-    """The picture of a number, from the list of the split."""
+    """The image of an annotation, from the list of the split."""
     if not number.isdigit() or int(number) >= len(lines):
-        raise TruthError(f"{path}: lists {len(lines)} pictures, none for the annotation {number}")
+        raise GroundTruthError(
+            f"{path}: lists {len(lines)} images, none for annotation {number}; give the full list "
+            "of the test split"
+        )
     words = lines[int(number)].split()
     if len(words) == 3 and words[2] in {"l", "r"}:
         drive, frame, side = words
         camera = "image_02" if side == "l" else "image_03"
-        return picture_named(path.parent / drive / camera / "data", f"{int(frame):010d}")
+        return image_named(path.parent / drive / camera / "data", f"{int(frame):010d}")
     return path.parent / lines[int(number)].strip()

@@ -1,1 +1,1 @@
-"""How fast networks and whole frames are."""
+"""Speed of networks, of whole frames and of training labels."""

@@ -1,4 +1,4 @@
-"""Cold start: fresh processes, from their start to files written, and what memory they take."""
+"""Cold start: time and memory of fresh processes, from their start until the files are written."""
 
 import json
 import os
@@ -13,11 +13,11 @@ from statistics import median
 from typing import Any
 
 from footprints_edge.errors import FootprintsError
-from footprints_edge_bench.latency.timing import Ratio, Summary, measure, ratio
-from footprints_edge_bench.model_files.synthetic_photos import made_jpeg
+from footprints_edge_bench.latency.timing import Ratio, TimingSummary, measure, ratio
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_jpeg
 
 PHOTO = (960, 1280)
-"""(H, W) of the one photo."""
+"""(H, W) of the photo."""
 
 _BASE = "import numpy, onnxruntime, PIL"
 _NOTE_MEMORY = """
@@ -31,7 +31,7 @@ def peak_bytes():
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (
             1 if sys.platform == "darwin" else 1024)
 """
-# VmHWM is of this program alone; ru_maxrss may be that of the process that it was forked from.
+# VmHWM is the peak of this program alone; ru_maxrss may include the process it was forked from.
 _INFER = (
     _NOTE_MEMORY
     + """
@@ -61,25 +61,25 @@ sys.stdout.write(json.dumps([*spans, peak_bytes()]))
 
 
 class ColdStartError(FootprintsError):
-    """A fresh process that failed."""
+    """A fresh process failed."""
 
 
 @dataclass(frozen=True)
 class ColdStart:
-    """What was found, over all processes.
+    """Measurements of all processes.
 
     Attributes:
-        base: a process that imports numpy, onnxruntime and Pillow, and nothing else.
-        infer: ``fp-infer`` on one photo, process start to file written.
-        infer_against_base: times as long.
-        cpu_against_base: times as much processor time, which other programs disturb less.
-        infer_peak_bytes: largest resident memory of any of those processes.
-        steps_ms: median in a process of its own of import, load and first frame, by the model.
-        steps_peak_bytes: the same processes' largest resident memory, by the model.
+        base: times of a process that only imports numpy, onnxruntime and Pillow.
+        infer: times of ``fp-infer`` on one photo, from process start until the file is written.
+        infer_against_base: wall time of ``fp-infer`` as a multiple of ``base``.
+        cpu_against_base: the same for processor time, which other programs disturb less.
+        infer_peak_bytes: peak resident memory of the ``fp-infer`` processes.
+        steps_ms: median times of import, load and first frame in a process of their own, by model.
+        steps_peak_bytes: peak resident memory of those processes, by model.
     """
 
-    base: Summary
-    infer: Summary
+    base: TimingSummary
+    infer: TimingSummary
     infer_against_base: Ratio
     cpu_against_base: Ratio
     infer_peak_bytes: int
@@ -87,10 +87,10 @@ class ColdStart:
     steps_peak_bytes: Mapping[str, int]
 
     def as_markdown(self) -> str:
-        """Two sentences and a list."""
+        """A sentence and a list."""
         found, cpu = self.infer_against_base, self.cpu_against_base
         lines = [
-            f"`fp-infer` on one photo, process start to file written: p50 "
+            f"`fp-infer` on one photo, from process start until the file is written: p50 "
             f"{self.infer.p50_ms:.0f} ms, {found.value:.2f} ({found.low:.2f} to {found.high:.2f}) "
             f'times as long as `python -c "{_BASE}"` ({self.base.p50_ms:.0f} ms); '
             f"{cpu.value:.2f} ({cpu.low:.2f} to {cpu.high:.2f}) times its processor time; "
@@ -106,19 +106,20 @@ class ColdStart:
 
 
 def cold_start(models: Mapping[str, str], threads: int, processes: int) -> ColdStart:
-    """Starts processes in turns.
+    """Times fresh processes in turns.
 
     Args:
-        models: by the names of their rows, files or names; "" for the bundled default.
-        threads: of the network.
-        processes: of each kind.
+        models: model files or registered names by the names of their rows; "" for the bundled
+            model.
+        threads: threads of the network.
+        processes: number of processes of each kind.
 
     Raises:
-        ColdStartError: one of them failed.
+        ColdStartError: a process failed.
     """
     with tempfile.TemporaryDirectory() as folder:
         photo, note = Path(folder, "photo.jpg"), Path(folder, "peak")
-        photo.write_bytes(made_jpeg(PHOTO))
+        photo.write_bytes(synthetic_jpeg(PHOTO))
         infer = [_INFER, str(note), str(photo), "--overwrite", "--threads", str(threads)]
         peaks_bytes: list[int] = []
         steps: dict[str, list[list[Any]]] = {name: [] for name in models}
@@ -138,7 +139,7 @@ def cold_start(models: Mapping[str, str], threads: int, processes: int) -> ColdS
                 **{f"steps {name}": partial(run_steps, name) for name in models},
             },
             processes,
-            warm_up=1,  # files are in the page cache then
+            warm_up=1,  # reads the files into the page cache
             settle_ms=0,
             cpu_clock=_children_cpu_s,
         )
@@ -161,7 +162,7 @@ def cold_start(models: Mapping[str, str], threads: int, processes: int) -> ColdS
 
 
 def _children_cpu_s() -> float:
-    """Seconds of processor time of all processes that this one has started and seen end."""
+    """Processor time, seconds, of all finished child processes."""
     times = os.times()
     return times.children_user + times.children_system
 
@@ -170,6 +171,6 @@ def _python(*arguments: str) -> str:
     command = [sys.executable, "-c", *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
-        last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
-        raise ColdStartError(f"a fresh process ended with code {done.returncode}: {last}")
+        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise ColdStartError(f"a fresh process exited with code {done.returncode}: {last}")
     return done.stdout

@@ -1,4 +1,4 @@
-"""The whole frame: from the bytes of a phone's JPEG to masks and metres, stage by stage."""
+"""Latency of a whole frame: from the bytes of a phone's JPEG to masks and metres, by stage."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,44 +8,44 @@ from time import perf_counter
 
 from footprints_edge.foundation.types import Size
 from footprints_edge.model import Model
-from footprints_edge_bench.latency.timing import Summary, measure
-from footprints_edge_bench.model_files.synthetic_photos import made_jpeg
+from footprints_edge_bench.latency.timing import TimingSummary, measure
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_jpeg
 
 PHONE: Size = (3000, 4000)
-"""(H, W) of a picture of 12 million pixels."""
+"""(H, W) of a photo of 12 million pixels."""
 
 
 @dataclass(frozen=True)
 class EndToEnd:
-    """What was found of a model.
+    """Times of a model.
 
     Attributes:
-        model: its row.
-        image_size: (H, W) of the picture.
-        jpeg_bytes: size of its file.
-        stages_ms: median of each stage: decode, preprocess (resize), inference, postprocess
+        model: name of its row.
+        image_size: (H, W) of the photo.
+        jpeg_bytes: size of the JPEG.
+        stages_ms: median time of each stage: decode, preprocess (resize), inference, postprocess
             (depth in metres), threshold (masks, and depth where there is ground).
-        total: of all stages together.
+        total: statistics of the whole frame.
     """
 
     model: str
     image_size: Size
     jpeg_bytes: int
     stages_ms: Mapping[str, float]
-    total: Summary
+    total: TimingSummary
 
 
 def end_to_end(
     models: Mapping[str, Model], trials: int, image_size: Size = PHONE
 ) -> Sequence[EndToEnd]:
-    """Times models in turns on a made-up picture.
+    """Times models in turns on a synthetic photo.
 
     Args:
-        models: by the names of their rows.
+        models: models by the names of their rows.
         trials: timed frames of each.
-        image_size: (H, W) of the picture.
+        image_size: (H, W) of the photo.
     """
-    jpeg = made_jpeg(image_size)
+    jpeg = synthetic_jpeg(image_size)
     stages: dict[str, list[dict[str, float]]] = {name: [] for name in models}
 
     def frame_of(name: str, model: Model) -> None:

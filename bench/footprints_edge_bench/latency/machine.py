@@ -1,4 +1,4 @@
-"""The machine that a measurement was made on: what a reader needs to judge the times."""
+"""Facts about the machine that a measurement was made on."""
 
 import os
 import platform
@@ -41,20 +41,20 @@ _FLAGS = (
 
 @dataclass(frozen=True)
 class Machine:
-    """Facts about a machine; "unknown" where the system does not tell.
+    """Facts about a machine; "unknown" where the system does not report them.
 
     Attributes:
-        cpu: the processor's name.
-        flags: those of its instruction sets that matter for networks.
-        usable_cores: that this process may use.
-        machine_cores: that the system shows.
+        cpu: name of the processor.
+        flags: its instruction sets that matter for networks.
+        usable_cores: number of cores that this process may use.
+        machine_cores: number of cores that the system reports.
         governor: frequency governor of the first core.
-        load: runnable processes, mean of the last minute, before the measurement; None if unknown.
-        memory_bytes: of the machine; None if unknown.
+        load: load average of the last minute before the measurement; None if unknown.
+        memory_bytes: memory of the machine; None if unknown.
         system: operating system.
-        python: version.
-        versions: of the packages that are installed.
-        commit: of the checkout that the code is from, with "+" where files were changed.
+        python: version of Python.
+        versions: versions of the installed packages.
+        commit: commit of the checkout that the code is from, with "+" if files were changed.
     """
 
     cpu: str
@@ -81,10 +81,10 @@ class Machine:
 
 
 def machine(root: Path = Path("/")) -> Machine:
-    """Looks at this machine.
+    """Describes this machine.
 
     Args:
-        root: where ``proc`` and ``sys`` are.
+        root: folder that holds ``proc`` and ``sys``.
     """
     found = cpu_flags(root / "proc/cpuinfo")
     memory_kb = _field(root / "proc/meminfo", "MemTotal").removesuffix("kB").strip()
@@ -104,7 +104,7 @@ def machine(root: Path = Path("/")) -> Machine:
 
 
 def versions() -> dict[str, str]:
-    """Versions of those of ``PACKAGES`` that are installed."""
+    """Versions of the ``PACKAGES`` that are installed."""
     found = {}
     for name in PACKAGES:
         try:
@@ -115,7 +115,7 @@ def versions() -> dict[str, str]:
 
 
 def commit(folder: Path) -> str:
-    """The commit that a folder is at, "+" behind it where files differ; "unknown" without git."""
+    """Commit of a folder, with "+" if files were changed; "unknown" without git."""
 
     def git(*arguments: str) -> str:
         command = ["git", "-C", str(folder), *arguments]

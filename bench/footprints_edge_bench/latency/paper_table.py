@@ -1,4 +1,4 @@
-"""The paper's speed table: its four rows as it prints them, and ours measured, per preset."""
+"""The paper's speed table: its four rows as printed, and our rows measured at each preset."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -7,24 +7,29 @@ from dataclasses import asdict, dataclass
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.inputs.images import decode
 from footprints_edge.inputs.preprocessing import enough_for, preprocess
-from footprints_edge_bench.engines.backend import Contender, EngineError, Running, Setting
-from footprints_edge_bench.engines.open_backend import as_frame, open_contender
-from footprints_edge_bench.latency.benchmark import PRESETS
+from footprints_edge_bench.engines.backend import (
+    Backend,
+    BackendError,
+    BackendSetting,
+    LoadedBackend,
+)
+from footprints_edge_bench.engines.open_backend import as_frame, open_backend
+from footprints_edge_bench.foundation.markdown import markdown_table
+from footprints_edge_bench.latency.backends import PRESETS, LatencyError
 from footprints_edge_bench.latency.machine import Machine
-from footprints_edge_bench.latency.tables import table
 from footprints_edge_bench.latency.timing import measure
 from footprints_edge_bench.model_files.model_cache import EDGE, REFERENCE
-from footprints_edge_bench.model_files.synthetic_photos import made_jpeg
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_jpeg
 
 
 @dataclass(frozen=True)
 class PaperRow:
-    """A row as the paper prints it, of its authors' measurement on their hardware.
+    """A row as the paper prints it, measured by its authors on their hardware.
 
     Attributes:
-        method: its name there.
-        preprocessing_s: None where the paper has a dash.
-        inference_s: of one image.
+        method: name in the paper.
+        preprocessing_s: time of preprocessing; None where the paper has a dash.
+        inference_s: time of inference for one image.
     """
 
     method: str
@@ -40,12 +45,12 @@ PAPER = (
 )
 """Table "Single image inference speed comparison" of the paper."""
 
-PICTURES: dict[str, Size] = {
+IMAGE_SIZES: dict[str, Size] = {
     "kitti": (375, 1242),
     "handheld": (720, 1280),
     "matterport": (1024, 1280),
 }
-"""(H, W) of the pictures that each preset is for."""
+"""(H, W) of the images that each preset is for."""
 
 OURS = (
     (EDGE, "onnxruntime", "int8"),
@@ -58,19 +63,19 @@ OURS = (
 
 @dataclass(frozen=True)
 class OurRow:
-    """A row that was measured here.
+    """A row that was measured on this machine.
 
     Attributes:
         preset: key of ``PRESETS``.
-        contender: what ran.
-        reason: why it did not; None if it did.
-        precision: that it ran in.
-        preprocessing_s: median of decoding a JPEG of the preset's pictures and resizing it.
-        inference_s: median of the network alone.
+        backend: what was requested.
+        reason: why it did not run; None if it did.
+        precision: precision that it ran in.
+        preprocessing_s: median time of decoding a JPEG of the preset's image size and resizing it.
+        inference_s: median time of the network alone.
     """
 
     preset: str
-    contender: Contender
+    backend: Backend
     reason: str | None = None
     precision: str | None = None
     preprocessing_s: float | None = None
@@ -79,7 +84,7 @@ class OurRow:
 
 @dataclass(frozen=True)
 class SpeedTable:
-    """The table and what it was measured on."""
+    """The table and the conditions of the measurement."""
 
     rows: tuple[OurRow, ...]
     threads: int
@@ -87,58 +92,64 @@ class SpeedTable:
     machine: Machine
 
     def as_json(self) -> str:
-        """Everything."""
+        """All values."""
         return (
             json.dumps({"paper": [asdict(row) for row in PAPER], **asdict(self)}, indent=1) + "\n"
         )
 
     def as_markdown(self) -> str:
-        """The table."""
+        """The table and the conditions of the measurement."""
         paper = [
-            [each.method, "", "paper, its hardware", _s(each.preprocessing_s), _s(each.inference_s)]
+            [each.method, "", "by the paper", _s(each.preprocessing_s), _s(each.inference_s)]
             for each in PAPER
         ]
         ours = [
             [
-                f"{row.contender.network} in {row.contender.engine}, {row.precision}",
-                f"{row.contender.size[0]}x{row.contender.size[1]} ({row.preset})",
-                "measured here",
+                f"{row.backend.network} in {row.backend.engine}, {row.precision}",
+                f"{row.backend.size[0]}x{row.backend.size[1]} ({row.preset})",
+                "here",
                 _s(row.preprocessing_s),
                 _s(row.inference_s),
             ]
             for row in self.rows
             if row.inference_s is not None
         ]
-        columns = ["method", "size", "on", "preprocessing (s)", "inference (s)"]
-        parts = [table(columns, [*paper, *ours], left=3)]
+        columns = ["method", "size", "measured", "preprocessing (s)", "inference (s)"]
+        parts = [markdown_table(columns, [*paper, *ours], left=3)]
         if missing := [row for row in self.rows if row.reason]:
-            lines = (f"- {row.contender.name}: {row.reason}" for row in missing)
+            lines = (f"- {row.backend.name}: {row.reason}" for row in missing)
             parts.append("\n".join(["Not run:", "", *lines]))
         parts.append(
             f"Batch of one, {self.threads} thread(s), medians of {self.trials} rounds in turns. "
-            "Preprocessing is decoding a JPEG of the dataset's size and resizing it. The paper's "
-            "rows are other hardware: they are no measure of what was gained here.\n\n"
+            "Preprocessing decodes a JPEG of the dataset's image size and resizes it. The paper's "
+            "rows were measured on other hardware, so their times are not comparable with ours.\n\n"
             + self.machine.as_markdown()
         )
         return "\n\n".join(parts) + "\n"
 
 
 def speed_table(
-    setting: Setting,
+    setting: BackendSetting,
     machine: Machine,
     trials: int,
     presets: Sequence[str] = tuple(PRESETS),
     progress: Callable[[str], None] | None = None,
 ) -> SpeedTable:
-    """Measures our rows: those of one preset in turns, preset after preset.
+    """Measures our rows: those of one preset in turns, one preset after the other.
 
     Args:
         setting: how the networks are run.
-        machine: as it was before.
+        machine: facts about the machine, from before the run.
         trials: timed frames of each.
         presets: keys of ``PRESETS``.
-        progress: told a row's name after each of its trials.
+        progress: called with the name of a row after each of its trials.
+
+    Raises:
+        LatencyError: a preset is unknown.
     """
+    for preset in presets:
+        if preset not in PRESETS:
+            raise LatencyError(f"--preset {preset}: choose from {', '.join(PRESETS)}")
     rows: list[OurRow] = []
     for preset in presets:
         rows += _measure_preset(preset, setting, trials, progress)
@@ -146,22 +157,22 @@ def speed_table(
 
 
 def _measure_preset(
-    preset: str, setting: Setting, trials: int, progress: Callable[[str], None] | None
+    preset: str, setting: BackendSetting, trials: int, progress: Callable[[str], None] | None
 ) -> list[OurRow]:
     size = PRESETS[preset]
-    jpeg = made_jpeg(PICTURES[preset])
+    jpeg = synthetic_jpeg(IMAGE_SIZES[preset])
 
     def prepare() -> Rgb:
         return preprocess(decode(jpeg, lambda _: enough_for(size)).pixels, size)
 
     image = prepare()
-    found: dict[Contender, Running | str] = {}
+    found: dict[Backend, LoadedBackend | str] = {}
     for network, engine, precision in OURS:
-        contender = Contender(network, size, engine, precision)
+        backend = Backend(network, size, engine, precision)
         try:
-            found[contender] = open_contender(contender, setting)
-        except EngineError as error:
-            found[contender] = str(error)
+            found[backend] = open_backend(backend, setting)
+        except BackendError as error:
+            found[backend] = str(error)
     ran = {each: running for each, running in found.items() if not isinstance(running, str)}
     timed = measure(
         {

@@ -1,9 +1,9 @@
-"""Latency against accuracy, as a picture."""
+"""Plot of latency against accuracy."""
 
 from pathlib import Path
 from typing import Any
 
-from footprints_edge_bench.latency.benchmark import Report, Row
+from footprints_edge_bench.latency.report import LatencyReport, LatencyRow
 
 _COLOURS = {
     "onnxruntime": "#1b6ca8",
@@ -22,21 +22,21 @@ _MARKERS = {
 }
 
 
-def draw(report: Report, path: Path) -> None:
-    """Draws the rows that ran, one panel a network and size, as PNG.
+def draw(report: LatencyReport, path: Path) -> None:
+    """Draws the rows that ran, one panel per network and size, as PNG.
 
-    Across: median time, logarithmic. Up: how far the maps are from float32, as mean relative
-    error of the depth of what is seen; the lower left corner is best.
+    The x axis is the median time, logarithmic. The y axis is the mean relative error of the visible
+    depth against float32. The lower left corner is best.
     """
     from matplotlib.figure import Figure
 
-    panels: dict[str, list[Row]] = {}
+    panels: dict[str, list[LatencyRow]] = {}
     for row in report.rows:
         if row.summary is not None and row.accuracy is not None:
-            height, width = row.contender.size
+            height, width = row.backend.size
             if row.accuracy["visible_depth_abs_rel"] is None:
                 continue
-            panels.setdefault(f"{row.contender.network} {height}x{width}", []).append(row)
+            panels.setdefault(f"{row.backend.network} {height}x{width}", []).append(row)
     figure = Figure(figsize=(4.2 * max(1, len(panels)), 4.4), layout="constrained")
     figure.suptitle(f"Network alone, {report.threads} thread(s), {report.machine.cpu}", fontsize=10)
     labels: dict[str, Any] = {}
@@ -45,14 +45,14 @@ def draw(report: Report, path: Path) -> None:
         for row in rows:
             assert row.summary is not None
             assert row.accuracy is not None
-            summary, contender = row.summary, row.contender
+            summary, backend = row.summary, row.backend
             axes.errorbar(
                 summary.p50_ms,
                 100 * float(row.accuracy["visible_depth_abs_rel"]),
                 xerr=[[summary.p50_ms - summary.min_ms], [summary.p90_ms - summary.p50_ms]],
-                fmt=_MARKERS.get(contender.precision, "o"),
-                color=_COLOURS.get(contender.engine, "black"),
-                label=f"{contender.engine} {contender.precision}",
+                fmt=_MARKERS.get(backend.precision, "o"),
+                color=_COLOURS.get(backend.engine, "black"),
+                label=f"{backend.engine} {backend.precision}",
                 markersize=7,
                 capsize=2,
                 alpha=0.85,
@@ -61,7 +61,7 @@ def draw(report: Report, path: Path) -> None:
         axes.set_yscale("symlog", linthresh=0.001)
         axes.set_ylim(-0.0005, 30)
         axes.set_title(title, fontsize=10)
-        axes.set_xlabel("median ms a frame (bar: fastest to 90th percentile)", fontsize=8)
+        axes.set_xlabel("median ms per frame (bar: fastest to 90th percentile)", fontsize=8)
         if index == 0:
             axes.set_ylabel("depth error against float32, %", fontsize=8)
         axes.grid(visible=True, which="both", alpha=0.25)

@@ -1,13 +1,14 @@
-"""How far each network is from what the machine can multiply, operator by operator.
+"""Roofline: how close each network comes to the machine's peak, operator by operator.
 
-The peak is what onnxruntime's own matrix product reaches here, at a size that suits it. Nothing
-in a network can be faster than its multiply-additions at that rate, but for algorithms that need
+The peak is the rate of onnxruntime's own matrix product on this machine, at a size that suits it.
+No network can run faster than its multiply-accumulates at that rate, unless an algorithm needs
 fewer of them.
 """
 
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -15,32 +16,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
-from footprints_edge_bench.engines.backend import Contender
+from footprints_edge_bench.engines.backend import Backend
 from footprints_edge_bench.engines.ort_profile import Operator, profile
+from footprints_edge_bench.foundation.markdown import markdown_table
 from footprints_edge_bench.latency.machine import Machine
-from footprints_edge_bench.latency.tables import table
 from footprints_edge_bench.latency.timing import measure
-from footprints_edge_bench.model_files.model_cache import NetworkFiles
+from footprints_edge_bench.model_files.model_cache import ModelCache
 
 SIDE = 1536
-"""Of the square matrices; their product is 3.6 billion multiply-additions."""
+"""Side of the square matrices; their product takes 3.6 billion multiply-accumulates."""
 
 PEAK_TRIALS = 30
-"""At least so many products are timed: the peak is the fastest of them."""
+"""Minimum number of timed products; the peak is the fastest of them."""
 
 _NAMES = {True: "int8", False: "fp32"}
 
 
 @dataclass(frozen=True)
-class Kind:
+class OperatorKind:
     """All operators of one kind in a network.
 
     Attributes:
-        name: type, and what its numbers are, such as ``QLinearConv uint8``.
-        count: how many.
-        ms: all of them together, a frame.
-        macs: multiply-additions of all of them, as executed; 0 where it has none.
-        of_peak: rate, as a share of the peak of its precision; None where it has no macs.
+        name: operator type and number type, such as ``QLinearConv uint8``.
+        count: number of operators.
+        ms: time of all of them per frame.
+        macs: multiply-accumulates of all of them per frame, as executed; 0 if they have none.
+        of_peak: their rate as a share of the peak at their precision; None if they have no macs.
     """
 
     name: str
@@ -51,48 +52,48 @@ class Kind:
 
 
 @dataclass(frozen=True)
-class NetworkRoof:
-    """A network under its roof.
+class NetworkRoofline:
+    """A network against the peak.
 
     Attributes:
         name: network, size and precision.
         ms: fastest frame, without the profiler.
-        least_ms: its multiply-additions at the peaks of their precisions.
-        profiled_ms: sum of the operators under the profiler, which slows them a little.
-        kinds: by time, longest first.
+        least_ms: time of its multiply-accumulates at the peaks of their precisions.
+        profiled_ms: total time of the operators under the profiler, which slows them a little.
+        kinds: kinds of operators, slowest first.
     """
 
     name: str
     ms: float
     least_ms: float
     profiled_ms: float
-    kinds: tuple[Kind, ...]
+    kinds: tuple[OperatorKind, ...]
 
 
 @dataclass(frozen=True)
 class Roofline:
-    """The machine's peaks and the networks below them.
+    """The peaks of the machine, and networks against them.
 
     Attributes:
-        peak_gmac_s: billions of multiply-additions a second, of ``int8`` and ``fp32``.
-        side: of the matrices they were measured with.
-        threads: of one frame.
-        networks: measured.
-        machine: that it ran on.
+        peak_gmac_s: billions of multiply-accumulates per second, of ``int8`` and ``fp32``.
+        side: side of the matrices that the peaks were measured with.
+        threads: threads for one frame.
+        networks: results by network.
+        machine: the machine that it ran on.
     """
 
     peak_gmac_s: Mapping[str, float]
     side: int
     threads: int
-    networks: tuple[NetworkRoof, ...]
+    networks: tuple[NetworkRoofline, ...]
     machine: Machine
 
     def as_json(self) -> str:
-        """Everything."""
+        """All values."""
         return json.dumps(asdict(self), indent=1) + "\n"
 
     def as_markdown(self) -> str:
-        """Peaks, a summary, and a table a network."""
+        """Peaks, a summary, and a table per network."""
         peaks = ", ".join(f"{name} {rate:.0f}" for name, rate in self.peak_gmac_s.items())
         summary = [
             [
@@ -106,8 +107,8 @@ class Roofline:
         parts = [
             "## Roofline",
             f"Peak of onnxruntime's matrix product ({self.side} squared, {self.threads} "
-            f"thread(s)), billion multiply-additions a second: {peaks}.",
-            table(["network", "fastest ms", "ms at peak", "times the least"], summary),
+            f"thread(s)), billion multiply-accumulates per second: {peaks}.",
+            markdown_table(["network", "min ms", "ms at peak", "x ms at peak"], summary),
         ]
         for each in self.networks:
             rows = [
@@ -122,14 +123,14 @@ class Roofline:
                 for kind in each.kinds
             ]
             columns = ["operator", "count", "ms", "share", "GMAC", "of peak"]
-            parts += [f"### {each.name}", table(columns, rows)]
+            parts += [f"### {each.name}", markdown_table(columns, rows)]
         parts.append(self.machine.as_markdown())
         return "\n\n".join(parts) + "\n"
 
 
 def roofline(
-    rows: Sequence[Contender],
-    files: NetworkFiles,
+    backends: Sequence[Backend],
+    cache: ModelCache,
     machine: Machine,
     *,
     threads: int,
@@ -139,27 +140,28 @@ def roofline(
     """Measures the peaks, then networks in onnxruntime.
 
     Args:
-        rows: of the engine onnxruntime.
-        files: where their model files come from.
-        machine: as it was before.
-        threads: of one frame.
+        backends: backends of the engine onnxruntime.
+        cache: supplies their model files.
+        machine: facts about the machine, from before the run.
+        threads: threads for one frame.
         trials: timed frames of each.
-        side: of the matrices.
+        side: side of the matrices.
     """
     peaks = peak_gmac_s(side, threads, trials)
     networks = []
-    for row in rows:
-        path = files.onnx(row.network, row.size, row.precision)
-        image = np.random.default_rng(0).integers(0, 256, (1, *row.size, 3), np.uint8)
-        session = OnnxRuntimeEngine(path, threads=threads)
-        timed = measure({row.name: lambda s=session, i=image: s.run(i)}, trials)  # type: ignore[misc]
+    for backend in backends:
+        path = cache.onnx(backend.network, backend.size, backend.precision)
+        image = np.random.default_rng(0).integers(0, 256, (1, *backend.size, 3), np.uint8)
+        engine = OnnxRuntimeEngine(path, threads=threads)
+        timed = measure({"network": partial(engine.run, image)}, trials)["network"]
         operators = profile(path, {"image": image}, threads=threads, frames=trials)
-        networks.append(under_roof(row.name, timed[row.name].summary().min_ms, operators, peaks))
+        min_ms = timed.summary().min_ms
+        networks.append(compare_with_peaks(backend.name, min_ms, operators, peaks))
     return Roofline(peaks, side, threads, tuple(networks), machine)
 
 
 def peak_gmac_s(side: int, threads: int, trials: int) -> dict[str, float]:
-    """Fastest matrix product, uint8 by int8 and float32, in billion multiply-additions a second."""
+    """Rate of the fastest matrix product, int8 and float32, billion multiply-accumulates/s."""
     import onnxruntime as ort
 
     rng = np.random.default_rng(0)
@@ -185,16 +187,16 @@ def peak_gmac_s(side: int, threads: int, trials: int) -> dict[str, float]:
     return {name: side**3 / (found.summary().min_ms / 1000) / 1e9 for name, found in timed.items()}
 
 
-def under_roof(
+def compare_with_peaks(
     name: str, ms: float, operators: Sequence[Operator], peaks: Mapping[str, float]
-) -> NetworkRoof:
-    """Sorts a network's operators under the peaks.
+) -> NetworkRoofline:
+    """Compares the operators of a network with the peaks.
 
     Args:
-        name: of the network.
+        name: name of the network.
         ms: its fastest frame.
-        operators: from the profiler.
-        peaks: of ``int8`` and ``fp32``, billion multiply-additions a second.
+        operators: its operators, from the profiler.
+        peaks: billions of multiply-accumulates per second, of ``int8`` and ``fp32``.
     """
     groups: dict[str, list[Operator]] = {}
     for each in operators:
@@ -206,9 +208,9 @@ def under_roof(
         group_least_ms = macs / 1e6 / peaks[_NAMES[group[0].is_integer]]
         least_ms += group_least_ms
         of_peak = group_least_ms / spent_ms if macs and spent_ms else None
-        kinds.append(Kind(label, len(group), spent_ms, macs, of_peak))
+        kinds.append(OperatorKind(label, len(group), spent_ms, macs, of_peak))
     kinds.sort(key=lambda kind: -kind.ms)
-    return NetworkRoof(name, ms, least_ms, sum(kind.ms for kind in kinds), tuple(kinds))
+    return NetworkRoofline(name, ms, least_ms, sum(kind.ms for kind in kinds), tuple(kinds))
 
 
 def _save_product(

@@ -1,9 +1,8 @@
-"""Single-stream timing: one frame at a time, contenders in turns, and what the times say.
+"""Single-stream timing: one frame at a time, variants in turns, with statistics of the times.
 
-The next frame starts when the last one ends. Contenders take turns in random order, so that
-whatever else the machine does hits all alike. Before each timed frame a contender runs untimed
-until its caches are warm and its predecessor's threads are asleep: what it gives beside others is
-what it gives alone.
+The next frame starts when the last one ends. Variants take turns in random order, so load from
+other programs affects all of them alike. Before each timed frame, a variant runs untimed until its
+caches are warm and its predecessor's threads are asleep. So interleaving does not change its times.
 """
 
 import random
@@ -14,7 +13,7 @@ from time import perf_counter, process_time
 import numpy as np
 
 SETTLE_MS = 30.0
-"""Untimed frames before a timed one last at least this long; waiting threads of other engines give
+"""Minimum duration of the untimed frames before a timed one. Spinning threads of other engines give
 up sooner."""
 
 RESAMPLES = 2000
@@ -23,22 +22,22 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Trials:
-    """What was measured of one contender, in the order of the rounds.
+    """Measurements of one variant, in the order of the rounds.
 
     Attributes:
         times_ms: wall time of every timed frame.
-        cpu_s: seconds of processor time of every timed frame, all threads of the process together.
-        warm_up: untimed frames before the first timed one; those that settle it are not counted.
+        cpu_s: processor time of every timed frame, seconds, all threads of the process together.
+        warm_up: untimed frames before the first round.
     """
 
     times_ms: tuple[float, ...]
     cpu_s: tuple[float, ...]
     warm_up: int
 
-    def summary(self) -> "Summary":
+    def summary(self) -> "TimingSummary":
         """Percentiles and means of the trials."""
         p50, p90, p99 = np.percentile(self.times_ms, [50, 90, 99]).tolist()
-        return Summary(
+        return TimingSummary(
             n=len(self.times_ms),
             warm_up=self.warm_up,
             min_ms=min(self.times_ms),
@@ -51,18 +50,18 @@ class Trials:
 
 
 @dataclass(frozen=True)
-class Summary:
-    """A contender's times in few numbers; percentiles are interpolated linearly.
+class TimingSummary:
+    """Statistics of a variant's times; percentiles are interpolated linearly.
 
     Attributes:
-        n: timed frames.
-        warm_up: untimed frames before them.
-        min_ms: fastest.
+        n: number of timed frames.
+        warm_up: untimed frames before the first round.
+        min_ms: fastest frame.
         mean_ms: mean.
         p50_ms: median.
-        p90_ms: 90th percentile, the figure that MLPerf's single-stream scenario states.
-        p99_ms: 99th percentile; of few frames it is nearly the slowest.
-        cpu_s: mean processor time a frame.
+        p90_ms: 90th percentile, which MLPerf's single-stream scenario reports.
+        p99_ms: 99th percentile; with few frames, nearly the slowest.
+        cpu_s: mean processor time per frame, seconds.
     """
 
     n: int
@@ -77,12 +76,12 @@ class Summary:
 
 @dataclass(frozen=True)
 class Ratio:
-    """How many times as long one contender takes as another.
+    """Time of one variant as a multiple of another's.
 
     Attributes:
         value: ratio of the medians.
         low: lower end of its 95 % bootstrap interval.
-        high: upper end.
+        high: upper end of that interval.
     """
 
     value: float
@@ -91,7 +90,7 @@ class Ratio:
 
 
 def measure(
-    contenders: Mapping[str, Callable[[], object]],
+    variants: Mapping[str, Callable[[], object]],
     trials: int,
     *,
     warm_up: int = 2,
@@ -101,27 +100,27 @@ def measure(
     cpu_clock: Callable[[], float] = process_time,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Trials]:
-    """Times contenders against each other.
+    """Times variants in turns.
 
     Args:
-        contenders: by name, what runs one frame.
-        trials: rounds; in each, every contender is timed once.
-        warm_up: untimed frames of each contender before the first round.
-        settle_ms: untimed frames before each timed one go on for so long; 0 for none.
-        seed: of the order in each round.
-        clock: seconds of wall time.
-        cpu_clock: seconds of this process's processor time.
-        progress: told the name of each contender after each of its trials.
+        variants: functions that run one frame, by name.
+        trials: number of rounds; each times every variant once.
+        warm_up: untimed frames of each variant before the first round.
+        settle_ms: minimum duration of the untimed frames before each timed one; 0 for none.
+        seed: seed of the order in each round.
+        clock: wall time, seconds.
+        cpu_clock: processor time of this process, seconds.
+        progress: called with the name of a variant after each of its trials.
     """
-    for run in contenders.values():
+    for run in variants.values():
         for _ in range(warm_up):
             run()
-    times_ms: dict[str, list[float]] = {name: [] for name in contenders}
-    cpu_s: dict[str, list[float]] = {name: [] for name in contenders}
+    times_ms: dict[str, list[float]] = {name: [] for name in variants}
+    cpu_s: dict[str, list[float]] = {name: [] for name in variants}
     order = random.Random(seed)
     for _ in range(trials):
-        for name in order.sample(list(contenders), len(contenders)):
-            run = contenders[name]
+        for name in order.sample(list(variants), len(variants)):
+            run = variants[name]
             settled = clock() + settle_ms / 1000
             while clock() < settled:
                 run()
@@ -132,27 +131,27 @@ def measure(
             cpu_s[name].append(cpu_end - cpu_start)
             if progress is not None:
                 progress(name)
-    return {name: Trials(tuple(times_ms[name]), tuple(cpu_s[name]), warm_up) for name in contenders}
+    return {name: Trials(tuple(times_ms[name]), tuple(cpu_s[name]), warm_up) for name in variants}
 
 
 def interleaved_ms(
     variants: dict[str, Callable[[], object]], trials: int, seed: int = 0
 ) -> dict[str, list[float]]:
-    """Milliseconds of every trial of every variant, in turns, after a warm-up, nothing between."""
+    """Times of every trial of every variant, in turns, without settling between them."""
     measured = measure(variants, trials, settle_ms=0, seed=seed)
     return {name: list(found.times_ms) for name, found in measured.items()}
 
 
 def ratio(times_ms: Sequence[float], against_ms: Sequence[float], *, seed: int = 0) -> Ratio:
-    """Ratio of the medians of two contenders of one run, with its bootstrap interval.
+    """Ratio of the medians of two variants of one run, with its bootstrap interval.
 
-    Rounds are drawn, not trials: two trials of one round were neighbours in time and share what
-    else the machine did.
+    The bootstrap resamples rounds, not trials: the trials of one round ran next to each other and
+    share the load of the machine.
 
     Args:
-        times_ms: of each round.
-        against_ms: of the same rounds.
-        seed: of the resampling.
+        times_ms: times of one variant by round.
+        against_ms: times of the other variant in the same rounds.
+        seed: seed of the resampling.
     """
     ours, theirs = np.asarray(times_ms, float), np.asarray(against_ms, float)
     drawn = np.random.default_rng(seed).integers(0, len(ours), (RESAMPLES, len(ours)))

@@ -1,1 +1,1 @@
-"""The model files that are measured, and pictures to feed them."""
+"""Model files and images to measure with: converted and cached, or synthetic."""

@@ -1,4 +1,4 @@
-"""The model files that are measured: bundled, or made on the spot and kept in a folder."""
+"""The model files that are measured: the bundled one, or converted ones kept in a cache folder."""
 
 import hashlib
 import json
@@ -18,9 +18,10 @@ from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.inputs.preprocessing import preprocess
 from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge.model_files.registry import resolve
-from footprints_edge_bench.model_files.random_weights import with_lively_weights
+from footprints_edge_bench.foundation.fingerprint import sha256_of_bytes, sha256_of_file
+from footprints_edge_bench.model_files.random_weights import with_calibrated_random_weights
 from footprints_edge_bench.model_files.stock_files import write_stock
-from footprints_edge_bench.model_files.synthetic_photos import made_photo
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_photo
 
 if TYPE_CHECKING:
     from torch import nn
@@ -28,46 +29,47 @@ if TYPE_CHECKING:
 CALIBRATION_PHOTOS = 10
 EDGE, REFERENCE = "edge", "reference"
 STOCK = "-stock"
+_TRAINING = "for its speed only"
 PARTS = {
     "-masks": ("masks", 1),
     "-depths": ("depths", 1),
     "-scale2": ("all", 2),
     "-scale4": ("all", 4),
 }
-"""What may stand behind a precision: the outputs and the scale that a file is converted with."""
+"""Suffixes of a precision, with the outputs and the decoder scale of the converted file."""
 
 
-class NetworkFilesError(FootprintsError):
-    """A model file that can be neither found nor made."""
+class ModelCacheError(FootprintsError):
+    """A model file can be neither found nor converted."""
 
 
 @dataclass(frozen=True)
-class NetworkFiles:
-    """Where model files come from.
+class ModelCache:
+    """Finds model files, or converts them once and keeps them.
 
-    ``edge`` is the bundled model; its float file is made from the checkpoint that it came from.
-    ``reference`` is the paper's network with random weights: latency does not depend on them.
-    Any other network is the path of a model file, which is taken as it is.
+    ``edge`` is the bundled model; its float32 file is converted from its checkpoint.
+    ``reference`` is the paper's network with calibrated random weights: latency does not depend on
+    weights. Any other network is the path of a model file, which is used as it is.
 
     Attributes:
-        folder: what was made is kept here, by everything that it depends on.
-        edge_checkpoint: weights of the edge network.
+        folder: where converted files are kept, by a hash of everything they depend on.
+        edge_checkpoint: checkpoint of the edge network.
     """
 
     folder: Path
     edge_checkpoint: Path = Path("models/weights/edge.pt")
 
     def onnx(self, network: str, size: Size, precision: str) -> Path:
-        """A model file of ours.
+        """An ONNX file of a network.
 
         Args:
             network: ``edge``, ``reference``, or a path.
-            size: (H, W) of its input; the edge network takes any.
-            precision: ``fp32`` or ``int8``; with ``-stock`` behind it, without our rewrites, with
-                a key of ``PARTS``, only that part.
+            size: (H, W) of its input; files of the edge network take any size.
+            precision: ``fp32`` or ``int8``. The suffix ``-stock`` leaves out our graph passes; a
+                suffix of ``PARTS`` computes only that part.
 
         Raises:
-            NetworkFilesError: it can be neither found nor made.
+            ModelCacheError: the file can be neither found nor converted.
         """
         if network not in (EDGE, REFERENCE):
             return resolve(network)
@@ -83,40 +85,37 @@ class NetworkFiles:
         return made / "model.onnx"
 
     def network(self, network: str) -> "nn.Module":
-        """A network in torch, with the weights that its files are made from.
+        """A network in PyTorch, with the weights that its files are converted from.
 
         Raises:
-            NetworkFilesError: it is neither ``edge`` nor ``reference``.
+            ModelCacheError: the network is neither ``edge`` nor ``reference``.
         """
         from footprints_edge_export.architectures import ARCHITECTURES, trained
 
         if network not in ARCHITECTURES:
-            raise NetworkFilesError(f"{network} is a model file; only its graph is known")
+            raise ModelCacheError(
+                f"{network} is a model file, which PyTorch cannot run; name edge or reference"
+            )
         return trained(network, self._checkpoint(network))
 
     def weights_sha256(self, network: str) -> str:
         """SHA-256 of the checkpoint of ``edge`` or ``reference``."""
-        return self.sha256(self._checkpoint(network))
+        return sha256_of_file(self._checkpoint(network))
 
     def calibration_images(self, size: Size) -> list[Rgb]:
-        """The pictures that int8 is calibrated on, as the network sees them."""
+        """The images that int8 is calibrated on, at the size (H, W) of the network."""
         return [preprocess(photo, size) for photo in _calibration_photos()]
 
-    @staticmethod
-    def sha256(path: Path) -> str:
-        """Of a file."""
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-
     def kept(self, name: str, settings: Mapping[str, Any], make: Callable[[Path], None]) -> Path:
-        """A folder that is made once for each name and settings.
+        """A folder that is filled once for each name and settings.
 
         Args:
-            name: what it begins with.
-            settings: everything that its content depends on, plain values.
-            make: fills a folder.
+            name: beginning of the folder's name.
+            settings: everything that the content depends on, as plain values.
+            make: fills a folder; if it fails, nothing is kept.
         """
         text = json.dumps({"name": name, **settings}, sort_keys=True)
-        kept = self.folder / f"{name}-{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+        kept = self.folder / f"{name}-{sha256_of_bytes(text.encode())[:12]}"
         if not kept.is_dir():
             self.folder.mkdir(parents=True, exist_ok=True)
             made = Path(tempfile.mkdtemp(dir=self.folder, prefix=".unfinished-"))
@@ -130,13 +129,15 @@ class NetworkFiles:
     def _checkpoint(self, network: str) -> Path:
         if network == EDGE:
             if not self.edge_checkpoint.is_file():
-                raise NetworkFilesError(
-                    f"{self.edge_checkpoint}: no such checkpoint of the edge network; name it with "
-                    "--edge-checkpoint, in a checkout it is models/weights/edge.pt"
+                raise ModelCacheError(
+                    f"{self.edge_checkpoint}: no such checkpoint of the edge network; give it with "
+                    "--edge-checkpoint; in a checkout it is models/weights/edge.pt"
                 )
             return self.edge_checkpoint
         if network != REFERENCE:
-            raise NetworkFilesError(f"{network} is a model file; there is no checkpoint of it")
+            raise ModelCacheError(
+                f"{network} is a model file without a checkpoint; name edge or reference"
+            )
         return self.kept(
             "reference-weights", {"sources": _exporter_sha256()}, _random_reference
         ) / ("weights.pt")
@@ -155,16 +156,16 @@ class NetworkFiles:
         for index, photo in enumerate(_calibration_photos()):
             Image.fromarray(photo).save(photos / f"{index:02}.png")
         conversion = Conversion(
-            network,
-            size,
-            precision,
-            (photos,),
-            "x86-vnni",
-            network,
-            None,
-            "for its speed only",
-            outputs,
-            scale,
+            architecture=network,
+            size=size,
+            precision=precision,
+            calibration=(photos,),
+            target="x86-vnni",
+            name=network,
+            licence=None,
+            training=_TRAINING,
+            outputs=outputs,
+            scale=scale,
         )
         convert(self._checkpoint(network), folder / "model.onnx", conversion, overwrite=False)
         shutil.rmtree(photos)
@@ -175,39 +176,39 @@ class NetworkFiles:
 
         architecture = ARCHITECTURES[network]
         metadata = ModelMetadata(
-            network,
-            network,
-            precision,
-            (MIN_DEPTH_M, MAX_DEPTH_M),
-            architecture.focal_px,
-            "lanczos",
-            architecture.licence,
-            self.weights_sha256(network),
-            "stock tools",
-            "for its speed only",
+            name=network,
+            architecture=network,
+            precision=precision,
+            depth_range_m=(MIN_DEPTH_M, MAX_DEPTH_M),
+            focal_px=architecture.focal_px,
+            resize="lanczos",
+            licence=architecture.licence,
+            source_sha256=self.weights_sha256(network),
+            producer="stock tools",
+            training=_TRAINING,
         )
         images = self.calibration_images(size or (256, 448)) if precision == "int8" else []
         write_stock(self.network(network), metadata, size, images, folder / "model.onnx")
 
 
 def part_of(precision: str) -> str:
-    """The key of ``PARTS`` that a precision ends in, or nothing."""
+    """The key of ``PARTS`` that a precision ends with, or an empty string."""
     return next((part for part in PARTS if precision.endswith(part)), "")
 
 
 def outputs_of(precision: str) -> str:
-    """Which maps a file has, a key of ``footprints_edge.metadata.OUTPUTS``."""
+    """The maps of a file: a key of ``footprints_edge.model_files.metadata.OUTPUTS``."""
     return PARTS[part][0] if (part := part_of(precision)) else "all"
 
 
 def default_folder() -> Path:
-    """Where made files are kept if nothing else is said: the user's cache."""
+    """Default folder for converted files, in the user's cache."""
     base = os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "footprints-edge" / "bench"
 
 
 def _calibration_photos() -> list[Rgb]:
-    return [made_photo((480, 640), seed) for seed in range(CALIBRATION_PHOTOS)]
+    return [synthetic_photo((480, 640), seed) for seed in range(CALIBRATION_PHOTOS)]
 
 
 def _random_reference(folder: Path) -> None:
@@ -215,21 +216,21 @@ def _random_reference(folder: Path) -> None:
 
     from footprints_edge_models.networks.reference import ReferenceNetwork
 
-    photos = [preprocess(made_photo((96, 128), seed), (96, 128)) for seed in range(4)]
-    network = with_lively_weights(ReferenceNetwork(), photos)
+    photos = [preprocess(synthetic_photo((96, 128), seed), (96, 128)) for seed in range(4)]
+    network = with_calibrated_random_weights(ReferenceNetwork(), photos)
     torch.save(network.state_dict(), folder / "weights.pt")
 
 
 @cache
 def _exporter_sha256() -> str:
-    """Of the sources that decide what a conversion gives."""
+    """SHA-256 of the source files that decide the result of a conversion."""
     import footprints_edge_export
-    from footprints_edge_models.networks import channels as maps
-    from footprints_edge_models.networks import edge, reference
-    from footprints_edge_models.networks import efficientnet_lite0 as lite0
+    from footprints_edge_models.networks import channels, edge, efficientnet_lite0, reference
 
     exporter = Path(footprints_edge_export.__path__[0])
-    networks = [Path(str(module.__file__)) for module in (edge, lite0, maps, reference)]
+    networks = [
+        Path(str(module.__file__)) for module in (edge, efficientnet_lite0, channels, reference)
+    ]
     digest = hashlib.sha256()
     for path in (*sorted(exporter.rglob("*.py")), *networks):
         digest.update(path.read_bytes())

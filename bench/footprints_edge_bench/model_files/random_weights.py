@@ -1,4 +1,4 @@
-"""Weights for timing networks that nobody has trained."""
+"""Calibrated random weights, for timing networks that nobody has trained."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -10,15 +10,17 @@ if TYPE_CHECKING:
     from torch import nn
 
 
-def with_lively_weights(network: "nn.Module", pictures: Sequence[NDArray[np.uint8]]) -> "nn.Module":
-    """Random weights whose activations are about as large as trained ones; batch norms fit them.
+def with_calibrated_random_weights(
+    network: "nn.Module", images: Sequence[NDArray[np.uint8]]
+) -> "nn.Module":
+    """Random weights with activation ranges like those of trained ones; calibrates batch norms.
 
-    With torch's own first weights they shrink from layer to layer, and what int8 does, and how
-    fast, depends on their range.
+    With torch's default initialisation, activations shrink from layer to layer. The speed and the
+    error of int8 depend on their range.
 
     Args:
-        network: filled in place.
-        pictures: uint8 (1, H, W, 3) each, all of one size.
+        network: the network; its weights are set in place.
+        images: uint8 (1, H, W, 3) each, all of one size.
 
     Returns:
         The network, ready for inference.
@@ -32,6 +34,6 @@ def with_lively_weights(network: "nn.Module", pictures: Sequence[NDArray[np.uint
                 torch.nn.init.kaiming_normal_(module.weight, nonlinearity="relu")
             if isinstance(module, torch.nn.BatchNorm2d):
                 module.momentum = 1.0
-        images = torch.from_numpy(np.concatenate(pictures)).permute(0, 3, 1, 2)
-        network.train()(images.float() / 255)
+        batch = torch.from_numpy(np.concatenate(images)).permute(0, 3, 1, 2)
+        network.train()(batch.float() / 255)
     return network.eval()

@@ -1,7 +1,7 @@
-"""Model files as the stock tools leave them: torch's exporter, and onnxruntime's quantizer.
+"""Stock model files: torch's exporter and onnxruntime's quantizer, without our graph passes.
 
-Our own rewrites of the graph are measured against these; other engines that fuse what the
-exporter writes are given them.
+Our graph passes are measured against these. Other engines get these files too, since they fuse the
+graph as the exporter writes it.
 """
 
 from collections.abc import Sequence
@@ -23,14 +23,14 @@ def write_stock(
     images: Sequence[Rgb],
     path: Path,
 ) -> None:
-    """Exports a network with no rewrite but its uint8 input.
+    """Exports a network without graph passes; only the uint8 input is added.
 
     Args:
         network: RGB float32 (B, 3, H, W) in [0, 1] to raw channels.
-        metadata: of the file; its precision decides.
+        metadata: metadata of the file; its precision decides whether to quantize.
         size: (H, W) of the input; None for any.
-        images: for ``int8``, what it is calibrated on, uint8 (1, H, W, 3).
-        path: to write to.
+        images: calibration images for ``int8``, uint8 (1, H, W, 3).
+        path: the file to write.
     """
     import onnx
 
@@ -44,7 +44,7 @@ def write_stock(
 def stock_graph(
     network: "nn.Module", precision: str, size: Size | None, images: Sequence[Rgb]
 ) -> "onnx.ModelProto":
-    """The same as a graph; its precision is ``fp32`` or ``int8``."""
+    """The graph of :func:`write_stock`; precision is ``fp32`` or ``int8``."""
     from footprints_edge_export.graph.torch_export import to_graph
     from footprints_edge_export.graph.uint8_input import (
         correct_first_bias,

@@ -1,1 +1,1 @@
-"""How good paths and occupancy grids are."""
+"""Path planning and occupancy grids against ground truth."""

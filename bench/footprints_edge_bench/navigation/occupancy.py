@@ -1,6 +1,6 @@
-"""How right a model's free space is in metres: its top-down grid against that of exact maps.
+"""Free space in metres: a model's occupancy grid against the grid of exact maps.
 
-The exact maps' own grid is right to the cell where the ground is one plane, as rooms have it.
+The grid of exact maps is accurate to a cell where the ground is one plane, as in rooms.
 """
 
 import math
@@ -19,33 +19,35 @@ from footprints_edge.navigation.occupancy_grid import OccupancyGrid
 from footprints_edge.prediction import Prediction
 from footprints_edge_bench.accuracy.benchmark import Benchmark
 from footprints_edge_bench.accuracy.tables import Column, table
-from footprints_edge_bench.ground_truth.base import Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth
 
 RANGE_M = 6.0
 CELL_M = 0.05
 BEARINGS_DEG = np.arange(-20.0, 21.0, 2.0)
+"""Directions in which the distance to the nearest obstacle is compared."""
 
 _SKY_M = 100.0
 
 _COLUMNS = (
-    Column("Free cells IoU", "above", "iou"),
-    Column("Free area off by", "above", "area", lowest_is_best=True),
-    Column("Nearest obstacle off by (m)", "above", "obstacle", lowest_is_best=True),
-    Column("Camera height off by", "above", "height", lowest_is_best=True),
-    Column("Pitch off by (degrees)", "above", "pitch", lowest_is_best=True),
+    Column("Free cells IoU", "grid", "iou"),
+    Column("Free area error", "grid", "area", lowest_is_best=True),
+    Column("Nearest obstacle error (m)", "grid", "obstacle", lowest_is_best=True),
+    Column("Camera height error", "grid", "height", lowest_is_best=True),
+    Column("Pitch error (degrees)", "grid", "pitch", lowest_is_best=True),
 )
 
 
 @dataclass(frozen=True)
 class GridScore:
-    """One grid against the exact one; NaN where there is nothing to compare.
+    """Scores of one grid against the exact one; NaN where there is nothing to compare.
 
     Attributes:
-        iou: of free cells, those that the truth does not know left out.
+        iou: IoU of free cells, over cells where the ground truth is valid.
         area: relative error of the area of free ground.
-        obstacle: median error of the distance to the nearest obstacle, metres, where both have one.
-        height: relative error of the camera's height.
-        pitch: error of its pitch, degrees.
+        obstacle: median error of the distance to the nearest obstacle, metres, over directions in
+            which both grids have one.
+        height: relative error of the camera height.
+        pitch: error of the camera pitch, degrees.
     """
 
     iou: float
@@ -55,48 +57,48 @@ class GridScore:
     pitch: float = math.nan
 
 
-def exact_prediction(truth: Truth, like: Prediction) -> Prediction:
-    """What a perfect model would say of an image.
+def exact_prediction(ground_truth: GroundTruth, like: Prediction) -> Prediction:
+    """The prediction of a perfect model.
 
     Args:
-        truth: with S, S*, D and D*.
-        like: a prediction of the image, for the camera.
+        ground_truth: ground truth with S, S*, D and D*.
+        like: a prediction for the image, which supplies the camera.
     """
-    assert truth.visible_ground is not None and truth.ground is not None
-    assert truth.visible_depth_m is not None and truth.ground_depth_m is not None
+    assert ground_truth.visible_ground is not None and ground_truth.ground is not None
+    assert ground_truth.visible_depth_m is not None and ground_truth.ground_depth_m is not None
 
     def depth(depth_m: Floats) -> Floats:
         return np.where(depth_m > 0, depth_m, np.float32(_SKY_M))
 
     maps = DecodedMaps(
-        truth.visible_ground.mask.astype(np.float32),
-        truth.ground.mask.astype(np.float32),
-        depth(truth.visible_depth_m),
-        depth(truth.ground_depth_m),
+        ground_truth.visible_ground.mask.astype(np.float32),
+        ground_truth.ground.mask.astype(np.float32),
+        depth(ground_truth.visible_depth_m),
+        depth(ground_truth.ground_depth_m),
     )
     return Prediction(
         maps,
-        DecodedImage(np.zeros((*truth.size, 3), np.uint8)),
-        like.intrinsics.scaled(like.map_size, truth.size),
+        DecodedImage(np.zeros((*ground_truth.size, 3), np.uint8)),
+        like.intrinsics.scaled(like.map_size, ground_truth.size),
         0.5,
-        ModelInfo("truth", "exact", "0" * 64, "none"),
+        ModelInfo("ground truth", "exact", "0" * 64, "none"),
     )
 
 
-def compare_grids(found: OccupancyGrid, exact: OccupancyGrid, known: Mask) -> GridScore:
-    """Holds a grid against the exact one.
+def compare_grids(found: OccupancyGrid, exact: OccupancyGrid, valid: Mask) -> GridScore:
+    """Scores a grid against the exact one.
 
     Args:
-        found: by a model.
-        exact: of the same cells.
-        known: bool, of the cells that count.
+        found: the grid of a model.
+        exact: the exact grid, of the same cells.
+        valid: bool, cells to score.
     """
-    overlap, either = found.free & exact.free & known, (found.free | exact.free) & known
+    overlap, either = found.free & exact.free & valid, (found.free | exact.free) & valid
     if not either.any():
         return GridScore(math.nan)
     near, true_near = (grid.nearest_obstacle_m(BEARINGS_DEG) for grid in (found, exact))
     both = np.isfinite(near) & np.isfinite(true_near)
-    areas = [float(np.count_nonzero(grid.free & known)) for grid in (found, exact)]
+    areas = [float(np.count_nonzero(grid.free & valid)) for grid in (found, exact)]
     return GridScore(
         float(overlap.sum() / either.sum()),
         abs(areas[0] - areas[1]) / areas[1] if areas[1] else math.nan,
@@ -106,54 +108,54 @@ def compare_grids(found: OccupancyGrid, exact: OccupancyGrid, known: Mask) -> Gr
     )
 
 
-def known_cells(grid: OccupancyGrid, truth: Truth, intrinsics: Intrinsics) -> Mask:
-    """Cells but those on rays of which the truth does not know whether there is ground.
+def valid_cells(grid: OccupancyGrid, ground_truth: GroundTruth, intrinsics: Intrinsics) -> Mask:
+    """Cells to score: all but those on rays where the ground truth of ground is not valid.
 
     Args:
-        grid: of exact maps.
-        truth: of the image.
-        intrinsics: the camera in the truth's pixels.
+        grid: the grid of exact maps.
+        ground_truth: the ground truth of the image.
+        intrinsics: the camera, in pixels of the ground truth.
     """
-    assert truth.ground is not None
+    assert ground_truth.ground is not None
     pixels = grid.plane.to_pixels(grid.places_m, intrinsics)
     x, y = np.moveaxis(np.floor(np.nan_to_num(pixels, nan=-1) + 0.5).astype(int), -1, 0)
-    height, width = truth.size
+    height, width = ground_truth.size
     seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-    known = np.ones(seen.shape, bool)
-    known[seen] = truth.ground.known[y[seen], x[seen]]
-    return known
+    valid = np.ones(seen.shape, bool)
+    valid[seen] = ground_truth.ground.valid[y[seen], x[seen]]
+    return valid
 
 
 def score_grids(
     benchmark: Benchmark, progress: Callable[[str], None]
 ) -> dict[str, list[GridScore]]:
-    """Scores of every model's grid on every image that shows ground, by the name of its row.
+    """Scores of every model's grid on every image that shows ground, by the name of the row.
 
-    A grid that cannot be made, for lack of ground, scores 0.
+    A model that finds no ground plane in such an image scores 0.
     """
     scores: dict[str, list[GridScore]] = {row: [] for row in benchmark.rows()}
     for item in benchmark.items():
-        truth = item.load()
-        predictions = benchmark.predict(truth)
-        exact = exact_prediction(truth, next(iter(predictions.values())))
+        ground_truth = item.load()
+        predictions = benchmark.predict(ground_truth)
+        exact = exact_prediction(ground_truth, next(iter(predictions.values())))
         try:
             exact_grid = exact.top_down(CELL_M, RANGE_M)
         except GroundPlaneError:
             continue
-        known = known_cells(exact_grid, truth, exact.intrinsics)
+        valid = valid_cells(exact_grid, ground_truth, exact.intrinsics)
         for row, prediction in predictions.items():
             try:
                 found = prediction.top_down(CELL_M, RANGE_M)
             except GroundPlaneError:
                 scores[row].append(GridScore(0.0))
                 continue
-            scores[row].append(compare_grids(found, exact_grid, known))
+            scores[row].append(compare_grids(found, exact_grid, valid))
         progress(item.name)
     return scores
 
 
 def as_markdown(scores: Mapping[str, Sequence[GridScore]]) -> str:
-    """A table of means, with medians for the camera's height and pitch."""
+    """A table of scores: mean IoU, medians of the errors."""
     rows = {}
     for row, of_row in scores.items():
         columns = {
@@ -164,9 +166,9 @@ def as_markdown(scores: Mapping[str, Sequence[GridScore]]) -> str:
         ]
     count = max((len(of_row) for of_row in scores.values()), default=0)
     return (
-        f"## From above: {count} images, cells of {CELL_M:g} m within {RANGE_M:g} m\n\n"
+        f"## Occupancy grids: {count} images, cells of {CELL_M:g} m up to {RANGE_M:g} m away\n\n"
         f"{table(rows, _COLUMNS, lambda row: row)}\n\n"
-        "IoU: mean over images; all else: medians.\n"
+        "IoU: mean over images. Errors: medians.\n"
     )
 
 

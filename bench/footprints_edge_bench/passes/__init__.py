@@ -1,1 +1,1 @@
-"""What the graph passes gain, and what they change."""
+"""What the graph passes gain in speed, and what they change in the maps."""

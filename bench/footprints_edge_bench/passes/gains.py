@@ -1,4 +1,4 @@
-"""What each graph pass gains: a network's file after one pass more, all in one interleaved run."""
+"""Speed-up of each graph pass, measured on the graphs after each pass in one interleaved run."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.foundation.types import Size
+from footprints_edge_bench.foundation.markdown import markdown_table
 from footprints_edge_bench.latency.timing import interleaved_ms
-from footprints_edge_bench.model_files.random_weights import with_lively_weights
+from footprints_edge_bench.model_files.random_weights import with_calibrated_random_weights
 from footprints_edge_bench.model_files.stock_files import stock_graph
-from footprints_edge_bench.model_files.synthetic_photos import made_photo
+from footprints_edge_bench.model_files.synthetic_photos import synthetic_photo
 
 if TYPE_CHECKING:
     import onnx
@@ -24,15 +25,15 @@ AS_EXPORTED = "as exported"
 
 
 @dataclass(frozen=True)
-class Gain:
-    """A file after one pass more than the one before.
+class PassGain:
+    """Times of a graph after one more pass than the graph before.
 
     Attributes:
-        name: of the pass, or :data:`AS_EXPORTED`.
-        min_ms: its fastest frame, network alone.
-        median_ms: its median frame.
-        of_before: median of its times by those of the file before, round by round.
-        of_first: likewise by those of the file as exported.
+        name: name of the pass, or :data:`AS_EXPORTED`.
+        min_ms: fastest frame, network alone.
+        median_ms: median frame.
+        of_before: time as a multiple of the graph before, median over rounds.
+        of_first: time as a multiple of the graph as exported, median over rounds.
     """
 
     name: str
@@ -44,25 +45,25 @@ class Gain:
 
 def measure_gains(
     architecture: str, precision: str, size: Size, threads: int, trials: int
-) -> list[Gain]:
-    """Export a network with random weights and time it after each of its passes.
+) -> list[PassGain]:
+    """Exports a network with calibrated random weights and times it after each pass.
 
     Args:
-        architecture: key of the exporter's ``ARCHITECTURES``. All passes are tried, also those
-            that its conversion leaves out.
+        architecture: key of the exporter's ``ARCHITECTURES``. All passes are applied, even those
+            that a conversion of this architecture leaves out.
         precision: ``fp32`` or ``int8``.
         size: (H, W).
-        threads: of onnxruntime.
-        trials: timed frames of each file.
+        threads: threads of onnxruntime.
+        trials: timed frames of each graph.
     """
     from footprints_edge_export.architectures import ARCHITECTURES
 
-    pictures = [made_photo(size, seed)[None] for seed in range(2)]
-    network = with_lively_weights(ARCHITECTURES[architecture].build(), pictures)
+    images = [synthetic_photo(size, seed)[None] for seed in range(2)]
+    network = with_calibrated_random_weights(ARCHITECTURES[architecture].build(), images)
     image = np.random.default_rng(0).integers(0, 256, (1, *size, 3), dtype=np.uint8)
     sessions = {
         name: session_of(model, threads)
-        for name, model in variants(network, precision, size, pictures)
+        for name, model in variants(network, precision, size, images)
     }
     runs: dict[str, Callable[[], object]] = {
         name: partial(session.run, None, {"image": image}) for name, session in sessions.items()
@@ -70,15 +71,15 @@ def measure_gains(
     return summarise(interleaved_ms(runs, trials))
 
 
-def summarise(times_ms: dict[str, list[float]]) -> list[Gain]:
-    """Times of every file, in the order of the passes, to gains."""
+def summarise(times_ms: dict[str, list[float]]) -> list[PassGain]:
+    """Gains from the times of every graph, in the order of the passes."""
     names = list(times_ms)
     first = np.array(times_ms[names[0]])
     gains = []
     for before, name in zip([names[0], *names], names, strict=False):
         times = np.array(times_ms[name])
         gains.append(
-            Gain(
+            PassGain(
                 name,
                 float(times.min()),
                 float(median(times)),
@@ -89,33 +90,30 @@ def summarise(times_ms: dict[str, list[float]]) -> list[Gain]:
     return gains
 
 
-def gains_as_markdown(gains: Sequence[Gain]) -> str:
-    """A table, one pass a row."""
-    lines = [
-        "| after | fastest, ms | median, ms | x the row before | x as exported |",
-        "| --- | ---: | ---: | ---: | ---: |",
-    ]
-    lines += [
-        f"| {g.name} | {g.min_ms:.1f} | {g.median_ms:.1f} | {g.of_before:.2f} | {g.of_first:.2f} |"
+def gains_as_markdown(gains: Sequence[PassGain]) -> str:
+    """A table with one row per pass."""
+    columns = ["after pass", "min ms", "median ms", "x previous row", "x as exported"]
+    rows = [
+        [g.name, f"{g.min_ms:.1f}", f"{g.median_ms:.1f}", f"{g.of_before:.2f}", f"{g.of_first:.2f}"]
         for g in gains
     ]
-    return "\n".join(lines) + "\n"
+    return markdown_table(columns, rows) + "\n"
 
 
 def variants(
-    network: "nn.Module", precision: str, size: Size, pictures: Sequence[NDArray[np.uint8]]
+    network: "nn.Module", precision: str, size: Size, images: Sequence[NDArray[np.uint8]]
 ) -> Iterator[tuple[str, "onnx.ModelProto"]]:
-    """A network's graph as exported, and after each pass more.
+    """The graph of a network as exported, then after each further pass.
 
     Args:
         network: RGB float32 (B, 3, H, W) in [0, 1] to raw channels.
         precision: ``fp32`` or ``int8``.
         size: (H, W).
-        pictures: that int8 is calibrated on, uint8 (1, H, W, 3) each.
+        images: calibration images for int8, uint8 (1, H, W, 3) each.
     """
     from footprints_edge_export.passes.registry import PASSES, Stage
 
-    model = stock_graph(network, precision, size, pictures)
+    model = stock_graph(network, precision, size, images)
     yield AS_EXPORTED, model
     for each in PASSES:
         if each.stage in (Stage.FLOAT, Stage(precision)):
@@ -124,7 +122,7 @@ def variants(
 
 
 def session_of(model: "onnx.ModelProto", threads: int) -> "onnxruntime.InferenceSession":
-    """A graph in onnxruntime on the CPU."""
+    """A session of onnxruntime that runs a graph on the CPU."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()

@@ -1,4 +1,4 @@
-"""What int8 and the graph passes change in the maps of a trained network, on photos."""
+"""Differences that int8 and the graph passes make to the maps of a trained network, on photos."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from footprints_edge.foundation.types import Size
 from footprints_edge.inputs.images import decode
 from footprints_edge.inputs.preprocessing import preprocess
+from footprints_edge_bench.foundation.markdown import markdown_table
 from footprints_edge_bench.model_files.stock_files import stock_graph
 from footprints_edge_bench.passes.gains import session_of, variants
 
@@ -19,13 +20,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Change:
-    """A file's maps against another's.
+class MapChange:
+    """Difference between the maps of two graphs.
 
     Attributes:
-        name: of the file.
-        against: of the other.
-        difference: on photos that nothing was calibrated on.
+        name: name of the graph.
+        against: name of the graph that it is compared with.
+        difference: difference on photos that were not used for calibration.
     """
 
     name: str
@@ -40,24 +41,24 @@ def measure_changes(
     size: Size,
     photos: Sequence[Path],
     threads: int,
-) -> list[Change]:
-    """Export a trained network, with and without the passes, and compare the maps.
+) -> list[MapChange]:
+    """Exports a trained network with and without the passes and compares the maps.
 
-    Photos are taken as a conversion takes them: at most 200, one in five of them to judge by, the
-    others for int8's ranges.
+    Photos are split as in a conversion: at most 200, one in five for the comparison, the others to
+    calibrate int8.
 
     Args:
         architecture: key of the exporter's ``ARCHITECTURES``.
-        checkpoint: its weights.
+        checkpoint: trained weights.
         precision: ``fp32`` or ``int8``.
         size: (H, W).
-        photos: folders.
-        threads: of onnxruntime.
+        photos: folders of photos.
+        threads: threads of onnxruntime.
 
     Raises:
         ExportError: a folder is missing, or has too few photos.
-        ImageError: one holds no photo, or one that cannot be read.
-        ModelError: the checkpoint is not one of the architecture.
+        ImageError: a folder holds no photo, or a photo cannot be read.
+        ModelError: the checkpoint does not fit the architecture.
     """
     from footprints_edge_export.architectures import trained
     from footprints_edge_export.quantization.calibration import split_photos
@@ -80,25 +81,33 @@ def measure_changes(
         maps[name] = [session.run(None, {"image": image})[0] for image in held_out]
     names = list(graphs)
     return [
-        Change(b, a, compare_maps(zip(maps[a], maps[b], strict=True)))
+        MapChange(b, a, compare_maps(zip(maps[a], maps[b], strict=True)))
         for i, a in enumerate(names)
         for b in names[i + 1 :]
     ]
 
 
-def changes_as_markdown(changes: Sequence[Change]) -> str:
-    """A table, one pair of files a row."""
-    photos = changes[0].difference.photos
-    lines = [
-        f"| {photos} photos | visible ground IoU | ground IoU | visible depth, mean relative "
-        "difference | ground depth, the same | largest difference of a map |",
-        "| --- | ---: | ---: | ---: | ---: | ---: |",
+def changes_as_markdown(changes: Sequence[MapChange]) -> str:
+    """A table with one row per pair of graphs."""
+    columns = [
+        f"{changes[0].difference.photos} photos",
+        "visible ground IoU",
+        "ground IoU",
+        "visible depth abs. rel.",
+        "ground depth abs. rel.",
+        "largest difference of a map",
     ]
-    for change in changes:
-        d = change.difference
-        lines.append(
-            f"| {change.name} against {change.against} | {d.visible_ground_iou:.4f} "
-            f"| {d.ground_iou:.4f} | {d.visible_depth_abs_rel:.4f} | {d.ground_depth_abs_rel:.4f} "
-            f"| {max(d.max_abs.values()):.2g} |"
-        )
-    return "\n".join(lines) + "\n"
+    rows = [_cells(change) for change in changes]
+    return markdown_table(columns, rows) + "\n"
+
+
+def _cells(change: MapChange) -> list[str]:
+    difference = change.difference
+    return [
+        f"{change.name} against {change.against}",
+        f"{difference.visible_ground_iou:.4f}",
+        f"{difference.ground_iou:.4f}",
+        f"{difference.visible_depth_abs_rel:.4f}",
+        f"{difference.ground_depth_abs_rel:.4f}",
+        f"{max(difference.max_abs.values()):.2g}",
+    ]

@@ -1,7 +1,7 @@
-"""How much the maps of a clip flicker, frame by frame and smoothed, and what smoothing costs.
+"""Temporal consistency: how much maps flicker, and what smoothing costs in accuracy.
 
-Consecutive frames are aligned by their true poses: what is seen by the measured depth, the ground
-by the plane of the clip's floor. What then differs is flicker.
+Consecutive frames are aligned by their ground-truth poses: visible surfaces by the measured depth,
+the ground by the floor plane of the clip. The differences that remain are flicker.
 """
 
 import math
@@ -21,35 +21,36 @@ from footprints_edge.prediction import Prediction
 from footprints_edge.video.smoothing import Tracker
 from footprints_edge_bench.accuracy.baselines import estimate_of
 from footprints_edge_bench.accuracy.scoring import judge
-from footprints_edge_bench.ground_truth.base import Item, Truth
+from footprints_edge_bench.foundation.markdown import markdown_table
+from footprints_edge_bench.ground_truth.base import GroundTruth, Item
 from footprints_edge_bench.ground_truth.clip import open_clip
-from footprints_edge_bench.ground_truth.datasets import Part
+from footprints_edge_bench.ground_truth.datasets import Subset
 
 if TYPE_CHECKING:
     from footprints_edge_models.mapping.floor_map import DepthFrame
 
 FARTHEST_M = 8.0
-"""Ground farther away is not compared: a pixel is half a metre there."""
+"""Ground farther away is not compared: a pixel covers half a metre there."""
 
 _SAME_SURFACE = 0.05
-"""Measured depths that differ by less than this share are of one surface."""
+"""Measured depths that differ by less than this share belong to one surface."""
 
 Smooth = Callable[[Prediction], Prediction]
 
 
 @dataclass(frozen=True)
-class Figures:
-    """What is measured of one way to make the maps; NaN where there is nothing to measure.
+class FlickerScores:
+    """Flicker and accuracy of one way of smoothing; NaN where there is nothing to measure.
 
     Attributes:
-        visible_flicker: share of the seen surface that changes between visible ground and not.
+        visible_flicker: share of the visible surface that changes between visible ground and not.
         ground_flicker: share of the floor plane that changes between ground and not.
-        ground_depth_flicker: median change of ln(depth) of ground on the floor plane, beyond what
-            the camera's motion explains.
-        visible_depth_flicker: likewise of what is seen.
+        ground_depth_flicker: median change of ln(ground depth) on the floor plane that the camera's
+            motion does not explain.
+        visible_depth_flicker: the same for the visible depth.
         visible_iou: mean IoU of visible ground.
         ground_iou: mean freespace IoU.
-        ground_a1: mean a1 of the ground's depth.
+        ground_a1: mean a1 of the ground depth.
         visible_a1: mean a1 of the visible depth.
     """
 
@@ -65,48 +66,55 @@ class Figures:
 
 @dataclass(frozen=True, eq=False)
 class _View:
-    """A frame of the clip: its measured depth with its pose, the floor's depth, its truth."""
+    """A frame of the clip.
+
+    Attributes:
+        measured: measured depth and pose.
+        floor_depth_m: depth of the floor plane, (H, W), metres, 0 above the horizon.
+        ground_truth: the ground truth of the frame.
+    """
 
     measured: "DepthFrame"
     floor_depth_m: NDArray[np.float64]
-    truth: Truth
+    ground_truth: GroundTruth
 
 
 def measure(
-    folder: Path, part: Part, model: Model, ways: Mapping[str, Callable[[], Smooth]]
-) -> dict[str, Figures]:
-    """The figures of several ways to smooth on one clip.
+    folder: Path, subset: Subset, model: Model, smoothings: Mapping[str, Callable[[], Smooth]]
+) -> dict[str, FlickerScores]:
+    """Measures several ways of smoothing on one clip.
 
     Args:
-        folder: of the clip.
-        part: which frames; `every` leaves frames out as a slower camera would.
-        model: to predict with.
-        ways: by name, makers of what turns each frame's prediction into a smooth one, in order.
+        folder: the clip.
+        subset: frames to use; `every` drops frames as a slower camera would.
+        model: the model to predict with.
+        smoothings: by name; each makes a function that is called with the prediction of every
+            frame in order and returns the smoothed one.
     """
-    smoothers = {name: make() for name, make in ways.items()}
-    scores: dict[str, list[list[float]]] = {name: [] for name in ways}
+    smoothers = {name: make() for name, make in smoothings.items()}
+    scores: dict[str, list[list[float]]] = {name: [] for name in smoothings}
     before: dict[str, Prediction] = {}
     last: _View | None = None
-    for view in _views(folder, part):
-        predicted = model.predict(view.truth.image, intrinsics=view.truth.intrinsics)
+    for view in _views(folder, subset):
+        predicted = model.predict(view.ground_truth.image, intrinsics=view.ground_truth.intrinsics)
         pairs = None if last is None else (_surface(last, view), _floor(last, view))
         for name, smooth in smoothers.items():
             now = smooth(predicted)
-            large = now.at_size(view.truth.size)
+            large = now.at_size(view.ground_truth.size)
             flicker = [math.nan] * 4
             if pairs is not None and last is not None:
                 flicker = _flicker(before[name], large, last, view, *pairs)
-            scores[name].append([*flicker, *_accuracy(now, view.truth)])
+            scores[name].append([*flicker, *_accuracy(now, view.ground_truth)])
             before[name] = large
         last = view
-    return {name: Figures(*_means(rows)) for name, rows in scores.items()}
+    return {name: FlickerScores(*_means(rows)) for name, rows in scores.items()}
 
 
-def _views(folder: Path, part: Part) -> Iterator[_View]:
+def _views(folder: Path, subset: Subset) -> Iterator[_View]:
     clip, title = open_clip(folder), folder.resolve().name
     frames = {f"{title}/{frame.name}": frame for frame in clip.sequence.frames}
-    items = (Item(name, partial(clip.truth, frame)) for name, frame in frames.items())
-    for item in part.of(title, tuple(items)):
+    items = (Item(name, partial(clip.ground_truth, frame)) for name, frame in frames.items())
+    for item in subset.of(title, tuple(items)):
         measured = frames[item.name].measured()
         yield _View(measured, measured.depth_to_m(clip.floor_map.plane), item.load())
 
@@ -118,8 +126,8 @@ def _means(rows: Sequence[Sequence[float]]) -> list[float]:
     return [math.fsum(column) / len(column) if column else math.nan for column in columns]
 
 
-def _accuracy(prediction: Prediction, truth: Truth) -> list[float]:
-    scores = judge(estimate_of(prediction, truth.size), truth)
+def _accuracy(prediction: Prediction, ground_truth: GroundTruth) -> list[float]:
+    scores = judge(estimate_of(prediction, ground_truth.size), ground_truth)
     return [
         math.nan if part is None else float(getattr(part, measure))
         for part, measure in (
@@ -132,7 +140,7 @@ def _accuracy(prediction: Prediction, truth: Truth) -> list[float]:
 
 
 def _surface(last: _View, now: _View) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Flat indices of pixels of two frames that show one place: (last, now)."""
+    """Flat indices of pixels of two frames that show the same place: (last, now)."""
     depth_m = now.measured.depth_m
     here, there, seen_m = _projected(depth_m, now.measured, last.measured)
     measured_m = last.measured.depth_m.ravel()[there]
@@ -141,7 +149,7 @@ def _surface(last: _View, now: _View) -> tuple[NDArray[np.intp], NDArray[np.intp
 
 
 def _floor(last: _View, now: _View) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Flat indices of pixels of two frames whose rays meet one place of the floor: (last, now)."""
+    """Flat indices of pixels of two frames that meet the floor at the same place: (last, now)."""
     near = np.where(now.floor_depth_m < FARTHEST_M, now.floor_depth_m, 0)
     here, there, _ = _projected(near, now.measured, last.measured)
     return there, here
@@ -150,7 +158,12 @@ def _floor(last: _View, now: _View) -> tuple[NDArray[np.intp], NDArray[np.intp]]
 def _projected(
     depth_m: NDArray[np.floating], source: "DepthFrame", target: "DepthFrame"
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.floating]]:
-    """Pixels of `source` with a depth that `target` sees: theirs, the target's, depth there."""
+    """Projects pixels of `source` that have a depth into `target`.
+
+    Returns:
+        Flat indices in `source`, flat indices in `target`, and depths in `target`, metres, of the
+        pixels that are in view of both.
+    """
     height, width = depth_m.shape
     source_to_target = np.linalg.inv(target.camera_to_world) @ source.camera_to_world
     here = np.flatnonzero(depth_m > 0)
@@ -224,28 +237,27 @@ HEADINGS = {
     "visible_a1": "Visible depth a1",
     "ground_a1": "Hidden depth a1",
 }
-"""Of the columns, in order."""
+"""Headings of the columns by attribute, in order."""
 
-WAYS: Mapping[str, Callable[[], Smooth]] = {
+SMOOTHINGS: Mapping[str, Callable[[], Smooth]] = {
     "Frame by frame": lambda: lambda prediction: prediction,
     "Smoothed": lambda: Tracker().update,
 }
-"""What is compared."""
+"""Ways of smoothing that are compared."""
 
 
-def as_markdown(clips: Mapping[str, Mapping[str, Figures]]) -> str:
-    """A table of every clip's figures, flicker in per cent."""
-    sections = ["## Steadiness"]
-    for title, ways in clips.items():
-        lines = [
-            "| | " + " | ".join(HEADINGS.values()) + " |",
-            "| --- |" + " ---: |" * len(HEADINGS),
-        ]
-        for name, figures in ways.items():
-            cells = []
-            for key in HEADINGS:
-                value = getattr(figures, key)
-                cells.append(f"{100 * value:.2f} %" if "flicker" in key else f"{value:.3f}")
-            lines.append(f"| {name} | " + " | ".join(cells) + " |")
-        sections.append(f"### {title}\n\n" + "\n".join(lines))
+def as_markdown(clips: Mapping[str, Mapping[str, FlickerScores]]) -> str:
+    """A table for every clip, with flicker in percent."""
+    sections = ["## Flicker"]
+    for title, scores in clips.items():
+        rows = [[name, *_cells(each)] for name, each in scores.items()]
+        sections.append(f"### {title}\n\n{markdown_table(['', *HEADINGS.values()], rows)}")
     return "\n\n".join(sections) + "\n"
+
+
+def _cells(scores: FlickerScores) -> list[str]:
+    values = {key: getattr(scores, key) for key in HEADINGS}
+    return [
+        f"{100 * value:.2f} %" if "flicker" in key else f"{value:.3f}"
+        for key, value in values.items()
+    ]

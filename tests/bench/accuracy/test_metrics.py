@@ -32,9 +32,9 @@ def test_scores_are_the_reference_s(evaluation):
     assert len(expected) == 6
     for i, scores in expected.items():
         true, predicted = inputs[f"gt_{i}"] > 0.1, inputs[f"pred_{i}"] > 0.5
-        known = np.ones_like(true)
-        freespace = metrics.freespace(predicted, true, known)
-        footprint = metrics.footprint(predicted, true, known, inputs[f"region_{i}"])
+        valid = np.ones_like(true)
+        freespace = metrics.freespace(predicted, true, valid)
+        footprint = metrics.footprint(predicted, true, valid, inputs[f"region_{i}"])
         depth = metrics.depth(inputs[f"pred_depth_{i}"], inputs[f"gt_depth_{i}"])
         for measure in MASKS:
             assert same(getattr(freespace, measure), scores["freespace"][measure])
@@ -43,16 +43,16 @@ def test_scores_are_the_reference_s(evaluation):
             assert same(getattr(depth, measure), scores["hidden_depth"][measure])
 
 
-def test_what_is_not_known_is_not_scored(evaluation):
+def test_what_is_not_valid_is_not_scored(evaluation):
     inputs, expected = evaluation
     true, predicted = inputs["gt_0"] > 0.1, inputs["pred_0"] > 0.5
     wide_true = np.concatenate([true, ~true])
     wide_predicted = np.concatenate([predicted, predicted])
-    known = np.concatenate([np.ones_like(true), np.zeros_like(true)])
+    valid = np.concatenate([np.ones_like(true), np.zeros_like(true)])
     region = np.concatenate([inputs["region_0"], inputs["region_0"]])
-    scores = metrics.freespace(wide_predicted, wide_true, known)
+    scores = metrics.freespace(wide_predicted, wide_true, valid)
     assert same(scores.iou, expected["0"]["freespace"]["iou"])
-    scores = metrics.footprint(wide_predicted, wide_true, known, region)
+    scores = metrics.footprint(wide_predicted, wide_true, valid, region)
     assert same(scores.f1, expected["0"]["footprint"]["f1"])
 
 
@@ -75,7 +75,7 @@ def test_pooled_scores_are_those_of_one_large_image(first, second):
         assert large.f1 == pytest.approx(2 * large.iou / (1 + large.iou))
 
 
-def test_an_empty_truth_says_nothing_and_an_empty_prediction_is_all_wrong():
+def test_an_empty_ground_truth_says_nothing_and_an_empty_prediction_is_all_wrong():
     assert all(math.isnan(getattr(MaskCounts(0, 7, 0), measure)) for measure in MASKS)
     assert all(getattr(MaskCounts(0, 0, 7), measure) == 0 for measure in MASKS)
 

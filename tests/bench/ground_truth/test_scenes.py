@@ -1,4 +1,6 @@
-"""Made scenes as truth: what the generator knows, as the benchmark sees it."""
+"""Synthetic scenes as ground truth: what the generator knows, as the benchmark sees it."""
+
+import shutil
 
 import numpy as np
 import pytest
@@ -6,7 +8,7 @@ import pytest
 pytest.importorskip("embreex", reason="scenes are made by ray casting")
 
 from footprints_edge_bench.accuracy.baselines import without_footprints
-from footprints_edge_bench.ground_truth.datasets import Part, Reading, open_dataset
+from footprints_edge_bench.ground_truth.datasets import ReadingOptions, Subset, open_dataset
 from footprints_edge_models.scenes.make import make_scenes
 from footprints_edge_models.scenes.storage.files import SceneSettings
 
@@ -14,47 +16,66 @@ COUNT = 4
 
 
 @pytest.fixture(scope="module")
-def truths(tmp_path_factory):
+def ground_truths(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scenes") / "made"
     settings = SceneSettings("test", 5, (96, 160))
     make_scenes(folder, settings, [], COUNT, 1, lambda _: None)
-    dataset = open_dataset(folder, Reading(), Part())
-    assert dataset.kind == "made scenes"
+    dataset = open_dataset(folder, ReadingOptions(), Subset())
+    assert dataset.kind == "synthetic scenes"
     return [item.load() for item in dataset.items]
 
 
-def test_every_scene_is_an_image_of_the_benchmark(truths):
-    assert len(truths) == COUNT
-    for truth in truths:
-        assert truth.image.is_file()
-        assert truth.intrinsics is not None
-        assert truth.visible_ground.known.all()
+def test_every_scene_is_an_image_of_the_benchmark(ground_truths):
+    assert len(ground_truths) == COUNT
+    for ground_truth in ground_truths:
+        assert ground_truth.image.is_file()
+        assert ground_truth.intrinsics is not None
+        assert ground_truth.visible_ground.valid.all()
 
 
-def test_visible_ground_is_ground_at_its_own_depth(truths):
-    for truth in truths:
-        visible = truth.visible_ground.mask
-        assert (truth.ground.mask | ~truth.ground.known)[visible].all()
-        scored = visible & truth.ground.mask
+def test_visible_ground_is_ground_at_its_own_depth(ground_truths):
+    for ground_truth in ground_truths:
+        visible = ground_truth.visible_ground.mask
+        assert (ground_truth.ground.mask | ~ground_truth.ground.valid)[visible].all()
+        scored = visible & ground_truth.ground.mask
         np.testing.assert_allclose(
-            truth.visible_depth_m[scored], truth.ground_depth_m[scored], rtol=1e-3
+            ground_truth.visible_depth_m[scored], ground_truth.ground_depth_m[scored], rtol=1e-3
         )
 
 
-def test_hidden_ground_lies_behind_what_is_seen(truths):
+def test_hidden_ground_lies_behind_what_is_seen(ground_truths):
     hidden = 0
-    for truth in truths:
-        mask = truth.ground.mask & ~truth.visible_ground.mask & (truth.visible_depth_m > 0)
-        assert (truth.ground_depth_m[mask] >= 0.99 * truth.visible_depth_m[mask]).all()
+    for ground_truth in ground_truths:
+        mask = (
+            ground_truth.ground.mask
+            & ~ground_truth.visible_ground.mask
+            & (ground_truth.visible_depth_m > 0)
+        )
+        assert (
+            ground_truth.ground_depth_m[mask] >= 0.99 * ground_truth.visible_depth_m[mask]
+        ).all()
         hidden += mask.sum()
     assert hidden > 200
 
 
-def test_boxes_and_voxels_come_with_the_scenes(truths):
-    assert all(truth.boxes is not None and truth.voxels is not None for truth in truths)
+def test_boxes_and_voxels_come_with_the_scenes(ground_truths):
+    assert all(
+        ground_truth.boxes is not None and ground_truth.voxels is not None
+        for ground_truth in ground_truths
+    )
     taken = 0
-    for truth in truths:
-        everything = np.ones(truth.size, bool)
-        left = without_footprints(everything, truth.boxes, truth.intrinsics)
-        taken += (~left & truth.ground.known & ~truth.ground.mask).sum()
+    for ground_truth in ground_truths:
+        everything = np.ones(ground_truth.size, bool)
+        left = without_footprints(everything, ground_truth.boxes, ground_truth.intrinsics)
+        taken += (~left & ground_truth.ground.valid & ~ground_truth.ground.mask).sum()
     assert taken > 0, "no box stands on anything that is not ground"
+
+
+def test_a_renamed_folder_keeps_its_boxes(scenes, tmp_path):
+    renamed = tmp_path / "renamed"
+    shutil.copytree(scenes, renamed)
+    before, after = (
+        open_dataset(folder, ReadingOptions(), Subset()) for folder in (scenes, renamed)
+    )
+    for one, other in zip(before.items, after.items, strict=True):
+        assert len(one.load().boxes) == len(other.load().boxes) > 0

@@ -5,11 +5,11 @@ import re
 
 import pytest
 
-from footprints_edge_bench.engines.backend import Setting
+from footprints_edge_bench.engines.backend import BackendSetting
 from footprints_edge_bench.latency import paper_table as module
 from footprints_edge_bench.latency.machine import machine
 from footprints_edge_bench.latency.paper_table import PAPER, speed_table
-from footprints_edge_bench.model_files.model_cache import NetworkFiles
+from footprints_edge_bench.model_files.model_cache import ModelCache
 
 
 def test_the_quoted_rows_are_the_papers(shared):
@@ -31,14 +31,14 @@ def measured(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "OURS", (("edge", "onnxruntime", "int8"), ("edge", "torch", "fp32")))
-        setting = Setting(NetworkFiles(folder, folder / "no.pt"), 1)
+        setting = BackendSetting(ModelCache(folder, folder / "no.pt"), 1)
         return speed_table(setting, machine(), 2, ["handheld"])
 
 
 def test_ours_stand_below_the_papers_and_apart(measured):
     lines = [line for line in measured.as_markdown().splitlines() if line.startswith("|")]
     _, _, *rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
-    assert [row[2] for row in rows] == ["paper, its hardware"] * 4 + ["measured here"]
+    assert [row[2] for row in rows] == ["by the paper"] * 4 + ["here"]
     assert [row[3:] for row in rows[:4]] == [
         ["43", "66"],
         ["-", "0.417"],

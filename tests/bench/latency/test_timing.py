@@ -8,7 +8,7 @@ from footprints_edge_bench.latency.timing import Trials, measure, ratio
 
 
 class FakeMachine:
-    """A clock that only work moves; a contender that follows another one is slow at first."""
+    """A clock that only work moves; a variant that follows another one is slow at first."""
 
     def __init__(self, cold_ms=0.0):
         self.now_s = 100.0
@@ -16,7 +16,7 @@ class FakeMachine:
         self.cold_ms = cold_ms
         self.calls = []
 
-    def contender(self, name, times_ms, threads=1):
+    def variant(self, name, times_ms, threads=1):
         """Function that takes these times in turn, over and over."""
         turn = iter(range(10**9))
 
@@ -30,15 +30,15 @@ class FakeMachine:
 
         return run
 
-    def measure(self, contenders, trials, **options):
+    def measure(self, variants, trials, **options):
         clocks = {"clock": lambda: self.now_s, "cpu_clock": lambda: self.cpu_s}
-        return measure(contenders, trials, **clocks, **options)
+        return measure(variants, trials, **clocks, **options)
 
 
 def test_the_summary_is_numpys():
     machine = FakeMachine()
     times_ms = [float(n) for n in range(1, 102)]
-    run = machine.contender("a", times_ms, threads=2)
+    run = machine.variant("a", times_ms, threads=2)
     found = machine.measure({"a": run}, 101, warm_up=0, settle_ms=0)["a"]
     assert found.times_ms == pytest.approx(times_ms)
     summary = found.summary()
@@ -54,7 +54,7 @@ def test_the_summary_is_numpys():
 
 def test_warm_up_is_not_counted():
     machine = FakeMachine()
-    run = machine.contender("a", [1000.0, 500.0, 2.0, 2.0, 2.0])
+    run = machine.variant("a", [1000.0, 500.0, 2.0, 2.0, 2.0])
     found = machine.measure({"a": run}, 3, warm_up=2, settle_ms=0)["a"]
     assert found.times_ms == pytest.approx([2, 2, 2])
     assert found.warm_up == 2
@@ -63,8 +63,8 @@ def test_warm_up_is_not_counted():
 def test_the_order_is_random_and_its_seed_decides():
     def rounds(seed):
         machine = FakeMachine()
-        contenders = {name: machine.contender(name, [1.0]) for name in "abc"}
-        machine.measure(contenders, 30, warm_up=0, settle_ms=0, seed=seed)
+        variants = {name: machine.variant(name, [1.0]) for name in "abc"}
+        machine.measure(variants, 30, warm_up=0, settle_ms=0, seed=seed)
         return ["".join(machine.calls[i : i + 3]) for i in range(0, 90, 3)]
 
     assert {"".join(sorted(each)) for each in rounds(0)} == {"abc"}
@@ -72,12 +72,12 @@ def test_the_order_is_random_and_its_seed_decides():
     assert rounds(0) == rounds(0) != rounds(1)
 
 
-def test_a_contender_beside_others_gives_what_it_gives_alone():
+def test_a_variant_beside_others_gives_what_it_gives_alone():
     def median_ms(names, settle_ms):
         machine = FakeMachine(cold_ms=7.0)
         times_ms = {"quick": [10.0], "slow": [200.0], "tiny": [0.5]}
-        contenders = {name: machine.contender(name, times_ms[name]) for name in names}
-        found = machine.measure(contenders, 20, settle_ms=settle_ms)
+        variants = {name: machine.variant(name, times_ms[name]) for name in names}
+        found = machine.measure(variants, 20, settle_ms=settle_ms)
         return found["quick"].summary().p50_ms
 
     assert median_ms(["quick"], 30) == pytest.approx(10)
@@ -89,8 +89,8 @@ def test_a_contender_beside_others_gives_what_it_gives_alone():
 def test_progress_is_told_of_every_trial():
     machine = FakeMachine()
     told = []
-    contenders = {name: machine.contender(name, [1.0]) for name in "ab"}
-    machine.measure(contenders, 4, progress=told.append)
+    variants = {name: machine.variant(name, [1.0]) for name in "ab"}
+    machine.measure(variants, 4, progress=told.append)
     assert sorted(told) == list("aaaabbbb")
 
 

@@ -1,4 +1,4 @@
-"""Free space from above, on made scenes: exact maps against the exact floor plan."""
+"""Occupancy grids of synthetic scenes: exact maps against the exact floor plan."""
 
 from dataclasses import dataclass
 
@@ -8,22 +8,22 @@ import pytest
 pytest.importorskip("embreex", reason="scenes are made by ray casting")
 
 from footprints_edge.geometry.ground_plane import GroundPlane
-from footprints_edge_bench.ground_truth.base import KnownMask, Truth
+from footprints_edge_bench.ground_truth.base import GroundTruth, LabelledMask
 from footprints_edge_bench.navigation.occupancy import (
     CELL_M,
     RANGE_M,
     compare_grids,
     exact_prediction,
-    known_cells,
+    valid_cells,
 )
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
 from footprints_edge_models.scenes.ground_truth.pixels import (
     GROUND_ANYWHERE,
     VISIBLE_GROUND,
+    SceneGroundTruth,
     trace_ground_truth,
 )
-from footprints_edge_models.scenes.ground_truth.pixels import SceneGroundTruth as MadeTruth
 from footprints_edge_models.scenes.layout.rooms.interior import draw_rooms
 from footprints_edge_models.scenes.rendering.cameras import Camera, choose_camera
 from footprints_edge_models.scenes.rendering.geometry import GROUND, Geometry, geometry_of
@@ -36,18 +36,18 @@ SIZE = (256, 448)
 class Room:
     geometry: Geometry
     camera: Camera
-    truth: MadeTruth
+    truth: SceneGroundTruth
 
 
 def judged(made):
-    """Its truth as the benchmark has it."""
+    """Its ground truth as the benchmark has it."""
     everywhere = np.ones(made.camera.size, bool)
-    return Truth(
+    return GroundTruth(
         None,
         made.camera.size,
         made.camera.intrinsics,
-        KnownMask(made.truth.bits & VISIBLE_GROUND > 0, everywhere),
-        KnownMask(made.truth.bits & GROUND_ANYWHERE > 0, everywhere),
+        LabelledMask(made.truth.bits & VISIBLE_GROUND > 0, everywhere),
+        LabelledMask(made.truth.bits & GROUND_ANYWHERE > 0, everywhere),
         made.truth.visible_depth_m,
         made.truth.ground_depth_m,
     )
@@ -85,7 +85,7 @@ def floor_plan(made, grid):
 
 @pytest.fixture(scope="module")
 def rooms():
-    """Level rooms with their cameras and truth; nobody renders a picture."""
+    """Level rooms with their cameras and ground truth; nobody renders a picture."""
     made = []
     for seed in range(4):
         rng = np.random.default_rng(seed)
@@ -110,14 +110,14 @@ def test_free_cells_of_exact_maps_are_those_of_the_floor_plan(rooms):
 
 def test_the_score_is_the_overlap_of_known_cells(rooms):
     made = rooms[0]
-    truth = judged(made)
-    exact = exact_prediction(truth, Like(made))
+    ground_truth = judged(made)
+    exact = exact_prediction(ground_truth, Like(made))
     grid = exact.top_down(CELL_M, RANGE_M)
-    known = known_cells(grid, truth, exact.intrinsics)
-    assert known.all()
-    perfect = compare_grids(grid, grid, known)
+    valid = valid_cells(grid, ground_truth, exact.intrinsics)
+    assert valid.all()
+    perfect = compare_grids(grid, grid, valid)
     assert (perfect.iou, perfect.area, perfect.height, perfect.pitch) == (1, 0, 0, 0)
-    half = known.copy()
+    half = valid.copy()
     rows = np.flatnonzero(grid.free.any(axis=1))
     cells = grid.cells.copy()
     cells[rows[::2]] = 0
@@ -131,12 +131,14 @@ def test_the_score_is_the_overlap_of_known_cells(rooms):
 
 def test_cells_on_rays_that_nobody_knows_do_not_count(rooms):
     made = rooms[0]
-    truth = judged(made)
-    exact = exact_prediction(truth, Like(made))
+    ground_truth = judged(made)
+    exact = exact_prediction(ground_truth, Like(made))
     grid = exact.top_down(CELL_M, RANGE_M)
-    known = truth.ground.known.copy()
-    known[:, : made.camera.size[1] // 2] = False
-    unknown = Truth(None, truth.size, ground=KnownMask(truth.ground.mask & known, known))
-    left_out = ~known_cells(grid, unknown, exact.intrinsics)
+    valid = ground_truth.ground.valid.copy()
+    valid[:, : made.camera.size[1] // 2] = False
+    unknown = GroundTruth(
+        None, ground_truth.size, ground=LabelledMask(ground_truth.ground.mask & valid, valid)
+    )
+    left_out = ~valid_cells(grid, unknown, exact.intrinsics)
     assert left_out.any()
     assert grid.places_m[left_out][:, 1].mean() > 0  # the picture's left is +y

@@ -1,4 +1,4 @@
-"""Flicker, on a made-up clip whose flicker is known."""
+"""Flicker, on a synthetic clip whose flicker is known."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from footprints_edge_bench.temporal.flicker import (
-    Figures,
+    FlickerScores,
     _flicker,
     _floor,
     _surface,
@@ -80,7 +80,7 @@ def test_what_moves_in_the_picture_only_because_the_camera_moves_is_no_flicker(
 
 
 def test_the_table_has_a_row_for_each_way():
-    figures = Figures(0.02, 0.04, 0.05, 0.06, 0.9, 0.8, 0.7, 0.6)
+    figures = FlickerScores(0.02, 0.04, 0.05, 0.06, 0.9, 0.8, 0.7, 0.6)
     table = as_markdown({"office": {"Frame by frame": figures, "Smoothed": replace(figures)}})
     assert (
         "| Smoothed | 2.00 % | 4.00 % | 6.00 % | 5.00 % | 0.900 | 0.800 | 0.600 | 0.700 |" in table

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from footprints_edge.model import load
-from footprints_edge_bench.latency.reduced_decoding import as_markdown, effect
+from footprints_edge_bench.accuracy.reduced_decoding import as_markdown, decoding_effect
 
 ROOM = Path(__file__).resolve().parents[3] / "examples" / "room.jpg"
 
@@ -15,7 +15,7 @@ def effects(shared):
     model = load(threads=1)
     photos = [ROOM, *sorted((shared / "data" / "photos").glob("*.jpg"))]
     assert len(photos) >= 3
-    return [effect(model, photo) for photo in photos]
+    return [decoding_effect(model, photo) for photo in photos]
 
 
 def mean_loss(differences):

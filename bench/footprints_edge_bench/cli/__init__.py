@@ -1,0 +1,40 @@
+"""The command ``fp-bench``: one file per subcommand."""
+
+import typer
+
+from footprints_edge_bench.cli.accuracy import accuracy_command
+from footprints_edge_bench.cli.flicker import flicker_command
+from footprints_edge_bench.cli.label_speed import label_speed_command
+from footprints_edge_bench.cli.latency import latency_command
+from footprints_edge_bench.cli.occupancy import occupancy_command
+from footprints_edge_bench.cli.passes import passes_command
+from footprints_edge_bench.cli.planning import planning_command
+from footprints_edge_bench.cli.reduced_decoding import reduced_decoding_command
+from footprints_edge_bench.cli.roofline import roofline_command
+from footprints_edge_bench.cli.table import table_command
+from footprints_edge_bench.cli.video import video_command
+
+app = typer.Typer(
+    name="fp-bench",
+    help="Measure the accuracy and speed of footprints-edge models.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+app.command("accuracy")(accuracy_command)
+app.command("planning")(planning_command)
+app.command("occupancy")(occupancy_command)
+app.command("flicker")(flicker_command)
+app.command("video")(video_command)
+app.command("latency")(latency_command)
+app.command("table")(table_command)
+app.command("roofline")(roofline_command)
+app.command("passes")(passes_command)
+app.command("reduced-decoding")(reduced_decoding_command)
+app.command("label-speed")(label_speed_command)
+
+
+def main() -> None:
+    """Entry point of ``fp-bench``."""
+    app()

@@ -1,0 +1,41 @@
+"""`fp-bench video` on a short synthetic clip."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from footprints_edge_bench.cli import app
+
+cv2 = pytest.importorskip("cv2", reason="videos are read with OpenCV")
+
+
+@pytest.fixture
+def video(tmp_path):
+    """Twelve frames of 32 x 64, ever greener."""
+    path = tmp_path / "walk.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 15, (64, 32))
+    for level in range(12):
+        writer.write(np.full((32, 64, 3), (0, 20 * level, 0), np.uint8))
+    writer.release()
+    return path
+
+
+def test_the_video_is_repeated_until_it_is_long_enough(video, green_is_ground, tmp_path):
+    out = tmp_path / "video.json"
+    options = ["--model", str(green_is_ground), "--threads", "1", "--length", "410"]
+    result = CliRunner().invoke(app, ["video", str(video), *options, "-o", str(out)])
+    assert result.exit_code == 0, result.output
+    found = json.loads(out.read_text())
+    assert (found["frames"], found["size"]) == (410, [32, 64])
+    assert found["share"] == pytest.approx(found["pipeline_fps"] / found["inference_fps"])
+    assert min(found["inference_at_once_fps"], found["smoothed_fps"], found["early_mb"]) > 0
+    assert "## Video: 410 frames of 64 x 32" in result.stdout
+    assert f"| fp-infer VIDEO --smooth | {found['smoothed_fps']:.1f} |" in result.stdout
+
+
+def test_a_video_that_is_missing_is_named(tmp_path):
+    result = CliRunner().invoke(app, ["video", str(tmp_path / "none.mp4")])
+    assert result.exit_code == 2
+    assert "none.mp4" in result.stderr
