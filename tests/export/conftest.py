@@ -9,9 +9,9 @@ import torch
 from onnx import TensorProto
 from PIL import Image
 
-from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge_export import convert as convert_module
-from footprints_edge_export.convert import Conversion, convert
+from footprints_edge_export.convert import convert
+from footprints_edge_export.report import Conversion
 from footprints_edge_models.networks.edge import EdgeNetwork
 
 torch.set_num_threads(1)  # small pictures: threads cost more than they give
@@ -82,31 +82,14 @@ def _graphs_once():
 def conversion():
     """The function that says what to make of a checkpoint, edge fp32 of any size by default."""
 
-    def make(
-        architecture="edge",
-        size=None,
-        precision="fp32",
-        calibration=(),
-        target="x86-vnni",
-        name="test",
-        licence=None,
-        training=TRAINING,
-        outputs="all",
-        scale=1,
-        focal_px=None,
-    ):
+    def make(architecture="edge", size=None, precision="fp32", calibration=(), **options):
+        defaults = {"target": "x86-vnni", "name": "test", "licence": None, "training": TRAINING}
         return Conversion(
-            architecture,
-            size,
-            precision,
-            calibration,
-            target,
-            name,
-            licence,
-            training,
-            outputs,
-            scale,
-            focal_px,
+            architecture=architecture,
+            size=size,
+            precision=precision,
+            calibration=calibration,
+            **defaults | options,
         )
 
     return make
@@ -150,22 +133,8 @@ def edge_int8(request, make_int8):
     return *make_int8(request.param), request.param
 
 
-METADATA = ModelMetadata(
-    name="tiny",
-    architecture="edge",
-    precision="fp32",
-    depth_range_m=(0.1, 100.0),
-    focal_px=None,
-    resize="lanczos",
-    licence="Apache-2.0",
-    source_sha256="0" * 64,
-    producer="tests",
-    training="none",
-)
-
-
 @pytest.fixture(scope="session")
-def tiny_model():
+def tiny_model(metadata):
     """The function that makes a tiny model of the contract, for tests to bend."""
 
     def make(size=("H", "W"), bias=(0.1, 0.2, 0.3, 0.4), props=None):
@@ -186,7 +155,7 @@ def tiny_model():
         )
         opsets = [onnx.helper.make_opsetid("", 18)]
         model = onnx.helper.make_model(graph, opset_imports=opsets, ir_version=10)
-        onnx.helper.set_model_props(model, METADATA.to_props() if props is None else props)
+        onnx.helper.set_model_props(model, metadata.to_props() if props is None else props)
         return model
 
     return make

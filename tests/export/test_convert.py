@@ -14,9 +14,10 @@ from PIL import Image
 
 import footprints_edge
 from footprints_edge.errors import ModelError
-from footprints_edge_export import convert as convert_module
-from footprints_edge_export.convert import convert, report_path
+from footprints_edge_export.convert import convert
 from footprints_edge_export.errors import ExportError, VerificationError
+from footprints_edge_export.report import report_path
+from footprints_edge_export.verification import parity
 from footprints_edge_models.networks.channels import raw_to_maps
 from footprints_edge_models.networks.checkpoint import file_sha256, load_weights, read_checkpoint
 from footprints_edge_models.networks.reference import ReferenceNetwork
@@ -280,7 +281,7 @@ def test_a_file_says_nothing_of_the_machine_that_made_it(any_file):
 
 
 def test_a_refused_result_leaves_nothing_behind(edge_checkpoint, conversion, tmp_path, monkeypatch):
-    monkeypatch.setattr(convert_module, "TOLERANCE", 0)
+    monkeypatch.setattr(parity, "TOLERANCE", 0)
     with pytest.raises(VerificationError, match=r"differs from torch.*no file was written"):
         convert(edge_checkpoint, tmp_path / "a.onnx", conversion(), overwrite=False)
     assert list(tmp_path.iterdir()) == []
@@ -288,7 +289,7 @@ def test_a_refused_result_leaves_nothing_behind(edge_checkpoint, conversion, tmp
 
 def test_a_refused_result_keeps_what_was_there(edge_checkpoint, conversion, tmp_path, monkeypatch):
     (tmp_path / "a.onnx").write_text("old")
-    monkeypatch.setattr(convert_module, "TOLERANCE", 0)
+    monkeypatch.setattr(parity, "TOLERANCE", 0)
     with pytest.raises(VerificationError):
         convert(edge_checkpoint, tmp_path / "a.onnx", conversion(), overwrite=True)
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("a.onnx", "old")]

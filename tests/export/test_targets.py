@@ -11,13 +11,13 @@ from onnx import TensorProto, helper, numpy_helper
 
 import footprints_edge as fp
 from footprints_edge.inputs.preprocessing import preprocess
-from footprints_edge_export import convert as convert_module
 from footprints_edge_export.convert import convert
 from footprints_edge_export.errors import ExportError, VerificationError
 from footprints_edge_export.graph.fp16_weights import store_weights_in_half
 from footprints_edge_export.graph.ort_format import to_ort_format
 from footprints_edge_export.passes.pad_as_slices import pad_as_slices
 from footprints_edge_export.targets import TARGETS
+from footprints_edge_export.verification.bounds import BOUNDS
 
 SIZE = (64, 96)
 
@@ -68,7 +68,7 @@ def test_half_precision_keeps_every_large_weight_and_no_large_float(half):
 def test_half_precision_that_changes_too_much_leaves_nothing(
     edge_checkpoint, conversion, tmp_path, monkeypatch
 ):
-    monkeypatch.setitem(convert_module.BOUNDS, "fp16", (1.1, 0.0))
+    monkeypatch.setitem(BOUNDS, "fp16", (1.1, 0.0))
     wanted = conversion(size=SIZE, precision="fp16")
     with pytest.raises(VerificationError, match="fp16 changes the masks"):
         convert(edge_checkpoint, tmp_path / "a.onnx", wanted, overwrite=False)
@@ -89,8 +89,8 @@ def test_a_file_for_phones_is_of_fixed_size_and_has_its_ort_twin(mobile):
     assert report.ort["file"] == "edge.ort"
     twin = fp.load(path.with_suffix(".ort"), threads=1)
     assert twin.sha256 == report.ort["sha256"]
-    assert (twin.name, twin.session.input_size) == ("test", SIZE)
-    np.testing.assert_allclose(twin.session.run(picture()), maps(path), atol=1e-4)
+    assert (twin.name, twin.engine.input_size) == ("test", SIZE)
+    np.testing.assert_allclose(twin.engine.run(picture()), maps(path), atol=1e-4)
     assert sorted(file.name for file in path.parent.iterdir()) == [
         "edge.onnx",
         "edge.onnx.json",
@@ -116,7 +116,7 @@ def test_the_list_of_operators_names_those_of_the_file_and_no_path(mobile):
 def test_an_ort_twin_that_differs_leaves_nothing(
     edge_checkpoint, conversion, tmp_path, monkeypatch
 ):
-    monkeypatch.setitem(convert_module.BOUNDS, "ort of fp32", (1.1, 0.0))
+    monkeypatch.setitem(BOUNDS, "ort of fp32", (1.1, 0.0))
     with pytest.raises(VerificationError, match="ort of fp32 changes"):
         wanted = conversion(size=SIZE, target="mobile")
         convert(edge_checkpoint, tmp_path / "a.onnx", wanted, overwrite=False)

@@ -142,7 +142,8 @@ class NetworkFiles:
         ) / ("weights.pt")
 
     def _convert(self, folder: Path, network: str, size: Size | None, precision: str) -> None:
-        from footprints_edge_export.convert import Conversion, convert
+        from footprints_edge_export.convert import convert
+        from footprints_edge_export.report import Conversion
 
         if precision.endswith(STOCK):
             self._write_stock(folder, network, size, precision.removesuffix(STOCK))
@@ -155,16 +156,16 @@ class NetworkFiles:
         for index, photo in enumerate(_calibration_photos()):
             Image.fromarray(photo).save(photos / f"{index:02}.png")
         conversion = Conversion(
-            network,
-            size,
-            precision,
-            (photos,),
-            "x86-vnni",
-            network,
-            None,
-            "for its speed only",
-            outputs,
-            scale,
+            architecture=network,
+            size=size,
+            precision=precision,
+            calibration=(photos,),
+            target="x86-vnni",
+            name=network,
+            licence=None,
+            training="for its speed only",
+            outputs=outputs,
+            scale=scale,
         )
         convert(self._checkpoint(network), folder / "model.onnx", conversion, overwrite=False)
         shutil.rmtree(photos)

@@ -113,12 +113,12 @@ def variants(
         size: (H, W).
         pictures: that int8 is calibrated on, uint8 (1, H, W, 3) each.
     """
-    from footprints_edge_export.passes.registry import PASSES, Stage
+    from footprints_edge_export.passes.registry import PASSES, PassStage
 
     model = stock_graph(network, precision, size, pictures)
     yield AS_EXPORTED, model
     for each in PASSES:
-        if each.stage in (Stage.FLOAT, Stage(precision)):
+        if each.stage in (PassStage.FLOAT, PassStage(precision)):
             model = each.rewrite(model)
             yield each.name, model
 

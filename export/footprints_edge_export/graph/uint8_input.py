@@ -123,10 +123,14 @@ def join_uint8_image_quantized(model: onnx.ModelProto, normalisation: Normalisat
 
 
 def correct_first_bias(model: onnx.ModelProto, normalisation: Normalisation) -> None:
-    """Make up for rounding the zero byte, in the bias of the first convolution, in place.
+    """Compensate for rounding the zero byte, in the bias of the first convolution, in place.
 
     The convolution will see ``scale * (byte - zero_point)``, which is too large by
-    ``scale * (zero_byte - zero_point)``. Exact but for a border of the kernel's padding.
+    ``scale * (zero_byte - zero_point)``. Exact except at a border of the kernel's padding. A
+    convolution without bias gets one.
+
+    Raises:
+        ExportError: the network does not begin with a convolution.
     """
     graph = model.graph
     shift = normalisation.scale * (normalisation.zero_byte - normalisation.zero_point)
@@ -134,9 +138,13 @@ def correct_first_bias(model: onnx.ModelProto, normalisation: Normalisation) -> 
         return
     initializers = {tensor.name: tensor for tensor in graph.initializer}
     (conv,) = [node for node in graph.node if NORMALISED in node.input]
-    if conv.op_type != "Conv" or len(conv.input) < 3:
-        raise ExportError(f"the network begins with {conv.op_type}, not a convolution with bias")
+    if conv.op_type != "Conv":
+        raise ExportError(f"int8 needs a network that begins with a Conv, not {conv.op_type}")
     weight = numpy_helper.to_array(initializers[conv.input[1]])
+    if len(conv.input) < 3:  # the exporter drops a bias of zeros
+        _add_constant(graph, f"{conv.input[1]}_bias", np.zeros(len(weight), np.float32))
+        conv.input.append(graph.initializer[-1].name)
+        initializers[conv.input[2]] = graph.initializer[-1]
     tensor = initializers[conv.input[2]]
     bias: NDArray[np.float32] = numpy_helper.to_array(tensor) - shift * weight.sum(axis=(1, 2, 3))
     tensor.CopyFrom(numpy_helper.from_array(bias.astype(np.float32), tensor.name))
@@ -174,7 +182,9 @@ def _dequantize(
     return helper.make_node("DequantizeLinear", inputs, [NORMALISED], "normalise")
 
 
-def _add_constant(graph: onnx.GraphProto, name: str, value: np.float32 | np.uint8) -> None:
+def _add_constant(
+    graph: onnx.GraphProto, name: str, value: np.float32 | np.uint8 | NDArray[np.float32]
+) -> None:
     graph.initializer.append(numpy_helper.from_array(np.array(value), name))
 
 

@@ -184,8 +184,23 @@ def test_nothing_is_corrected_where_the_zero_is_whole():
     assert model.SerializeToString() == before
 
 
-def test_a_first_convolution_without_bias_cannot_make_up_for_anything():
+def test_a_first_convolution_without_bias_gets_one():
+    """The exporter drops a bias of zeros, such as an untrained batch norm folds into."""
+    normalisation, found = Normalisation(0.01, 114.75), []
+    pixels = BYTES.astype(np.float32).transpose(0, 3, 1, 2)
+    for bias in (None, [0, 0, 0, 0]):
+        model = network([("Sub", 0.5)], bias=bias)
+        split_normalisation(model)
+        correct_first_bias(model, normalisation)
+        found.append(run(model, np.float32(0.01) * (pixels - 115)))
+    np.testing.assert_array_equal(*found)
+    expected = np.einsum("oi,nihw->nohw", WEIGHTS[..., 0, 0], 0.01 * (pixels - 114.75))
+    np.testing.assert_allclose(found[0], expected, atol=1e-5)
+
+
+def test_a_network_that_does_not_begin_with_a_convolution_is_refused():
     model = network([("Sub", 0.5)])
     split_normalisation(model)
-    with pytest.raises(ExportError, match="bias"):
+    model.graph.node[0].op_type = "Gemm"
+    with pytest.raises(ExportError, match="begins with a Conv, not Gemm"):
         correct_first_bias(model, Normalisation(0.01, 114.75))

@@ -10,7 +10,7 @@ from PIL import Image
 
 from footprints_edge_export.convert import convert
 from footprints_edge_export.errors import VerificationError
-from footprints_edge_export.passes.registry import PASSES, Pass, Stage, apply_passes
+from footprints_edge_export.passes.registry import PASSES, Pass, PassStage, apply_passes
 from footprints_edge_export.passes.rewriting import copied
 
 SIZE = (96, 128)
@@ -50,7 +50,7 @@ def pictures(photos):
 @pytest.mark.parametrize("each", PASSES, ids=lambda each: each.name)
 def test_each_pass_alone_keeps_the_maps(plain, pictures, run, each):
     name, files = plain
-    precisions = [each.stage.value] if each.stage != Stage.FLOAT else ["fp32", "int8"]
+    precisions = [each.stage.value] if each.stage != PassStage.FLOAT else ["fp32", "int8"]
     for precision in precisions:
         model = onnx.load(files[precision])
         before = model.SerializeToString()
@@ -69,7 +69,7 @@ def test_all_passes_cost_int8_nothing(plain, pictures, run):
     """Further from float than plain int8 is, they are not: their errors are of its own kind."""
     _, files = plain
     fp32, int8 = onnx.load(files["fp32"]), onnx.load(files["int8"])
-    fast = apply_passes(apply_passes(int8, Stage.FLOAT), Stage.INT8)
+    fast = apply_passes(apply_passes(int8, PassStage.FLOAT), PassStage.INT8)
     off, plain_off = [], []
     for picture in pictures:
         (expected,) = run(fp32, picture)
@@ -85,7 +85,7 @@ def test_onnxruntime_computes_all_but_the_heads_on_codes(
     name, files = plain
     passed = tmp_path / "passed.onnx"
     model = onnx.load(files["int8"])
-    onnx.save(apply_passes(apply_passes(model, Stage.FLOAT), Stage.INT8), passed)
+    onnx.save(apply_passes(apply_passes(model, PassStage.FLOAT), PassStage.INT8), passed)
     as_converted = files["int8"] if name == "edge" else reference_files["int8"]
     convolutions = [node for node in onnx.load(files["fp32"]).graph.node if node.op_type == "Conv"]
     for path in (as_converted, passed):
@@ -125,7 +125,7 @@ def test_a_pass_that_changes_the_maps_is_refused(
         bias.CopyFrom(numpy_helper.from_array(numpy_helper.to_array(bias) + 0.01, bias.name))
         return model
 
-    use_passes(monkeypatch, (*PASSES, Pass(spoilt, Stage.FP32)))
+    use_passes(monkeypatch, (*PASSES, Pass(spoilt, PassStage.FP32)))
     output = tmp_path / "a.onnx"
     wanted = conversion("reference", SIZE)
     with pytest.raises(VerificationError, match="differs from torch"):
