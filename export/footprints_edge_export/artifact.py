@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-import onnx
+import onnx_ir as ir
 from torch import nn
 
 from footprints_edge.model import Model
@@ -27,7 +27,7 @@ class ExportedGraph:
     job: Job
     folder: Path
     network: nn.Module
-    graph: onnx.ModelProto
+    graph: ir.Model
     normalisation: Normalisation
 
 
@@ -48,7 +48,7 @@ class Artifact:
     """
 
     exported: ExportedGraph
-    graph: onnx.ModelProto
+    graph: ir.Model
     fp32: Model
     torch_to_fp32: dict[str, float]
     model: Model

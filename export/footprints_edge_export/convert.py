@@ -13,9 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import onnx
+import onnx_ir as ir
 import onnxruntime
 import torch
 from numpy.typing import NDArray
+from onnx_ir.passes.common import RemoveUnusedOpsetsPass
 
 from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
 from footprints_edge.foundation.version import __version__
@@ -23,6 +25,7 @@ from footprints_edge.model import Model
 from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge_export.architectures import trained
 from footprints_edge_export.artifact import Artifact, ExportedGraph
+from footprints_edge_export.graph.editing import to_proto
 from footprints_edge_export.graph.fp16_weights import store_weights_in_half
 from footprints_edge_export.graph.ort_format import operators_path, to_ort_format
 from footprints_edge_export.graph.torch_export import to_graph
@@ -35,7 +38,6 @@ from footprints_edge_export.graph.uint8_input import (
 from footprints_edge_export.job import Job
 from footprints_edge_export.passes.pad_as_slices import pad_as_slices
 from footprints_edge_export.passes.registry import PASSES, PassStage, apply_passes
-from footprints_edge_export.passes.rewriting import copied
 from footprints_edge_export.quantization.calibration import network_inputs
 from footprints_edge_export.quantization.quantize import quantize
 from footprints_edge_export.report import Conversion, Report, report_path
@@ -80,11 +82,12 @@ def export(job: Job, folder: Path) -> ExportedGraph:
     network = job.architecture.part(whole, conversion.outputs, conversion.scale).eval()
     graph = to_graph(network, conversion.size, gives_maps=True)
     normalisation = split_normalisation(graph)
+    apply_passes(graph, PassStage.FLOAT, PASSES)
     return ExportedGraph(
         job=job,
         folder=folder,
         network=network,
-        graph=apply_passes(graph, PassStage.FLOAT, PASSES),
+        graph=graph,
         normalisation=normalisation,
     )
 
@@ -95,9 +98,9 @@ def to_fp32(exported: ExportedGraph) -> Artifact:
     Raises:
         VerificationError: its maps are not torch's.
     """
-    graph = copied(exported.graph)
+    graph = exported.graph.clone()
     join_uint8_image(graph, exported.normalisation)
-    graph = _plain_padding(exported.job, apply_passes(graph, PassStage.FP32, PASSES))
+    _apply_passes(graph, PassStage.FP32, exported.job)
     model = _write(exported, graph, "fp32")
     parity = check_parity(exported.network, model, exported.job.test_sizes)
     logger.info("torch against ONNX fp32, largest difference: %s", in_short(parity))
@@ -111,7 +114,7 @@ def to_fp16(artifact: Artifact) -> Artifact:
         ExportError: a weight is too large for half precision.
         VerificationError: the maps change too much.
     """
-    graph = copied(artifact.graph)
+    graph = artifact.graph.clone()
     store_weights_in_half(graph)
     model = _write(artifact.exported, graph, "fp16")
     difference = compare_models(artifact.fp32, model, _verification_images(artifact))
@@ -127,13 +130,13 @@ def to_int8(artifact: Artifact) -> Artifact:
         VerificationError: the maps are not numbers.
     """
     exported, job = artifact.exported, artifact.job
-    graph = copied(exported.graph)
+    graph = exported.graph.clone()
     correct_first_bias(graph, exported.normalisation)
     images = network_inputs(job.calibration, artifact.fp32)
     logger.info("calibrating on %d photos", len(images))
     graph = quantize(graph, exported.normalisation, images, job.conversion.target)
     join_uint8_image_quantized(graph, exported.normalisation)
-    graph = _plain_padding(job, apply_passes(graph, PassStage.INT8, PASSES))
+    _apply_passes(graph, PassStage.INT8, job)
     model = _write(exported, graph, "int8")
     difference = compare_models(artifact.fp32, model, _verification_images(artifact))
     check_finite(difference)
@@ -200,16 +203,13 @@ def _publish(artifact: Artifact, report: Report) -> None:
         made.replace(path)
 
 
-def _write(exported: ExportedGraph, graph: onnx.ModelProto, precision: str) -> Model:
+def _write(exported: ExportedGraph, graph: ir.Model, precision: str) -> Model:
     """Write a graph with its metadata, check the file, and load it."""
-    standard = [opset for opset in graph.opset_import if not opset.domain]
-    del graph.opset_import[:]
-    graph.opset_import.extend(standard)
-    del graph.graph.value_info[:]
+    RemoveUnusedOpsetsPass()(graph)
     set_metadata(graph, _metadata(exported.job, precision))
     graph.ir_version = IR_VERSION
     path = exported.folder / f"{precision}.onnx"
-    onnx.save(graph, path)
+    onnx.save(to_proto(graph), path)
     check_file(path)
     return Model(OnnxRuntimeEngine(path))
 
@@ -231,8 +231,10 @@ def _metadata(job: Job, precision: str) -> ModelMetadata:
     )
 
 
-def _plain_padding(job: Job, graph: onnx.ModelProto) -> onnx.ModelProto:
-    return pad_as_slices(graph) if job.target.plain_padding else graph
+def _apply_passes(graph: ir.Model, stage: PassStage, job: Job) -> None:
+    apply_passes(graph, stage, PASSES)
+    if job.target.plain_padding:
+        pad_as_slices(graph)
 
 
 def _verification_images(artifact: Artifact) -> list[NDArray[np.uint8]]:

@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 import onnx
+import onnx_ir as ir
 import pytest
 import torch
 from onnx import TensorProto
@@ -11,6 +12,7 @@ from PIL import Image
 
 from footprints_edge_export import convert as convert_module
 from footprints_edge_export.convert import convert
+from footprints_edge_export.graph.editing import to_proto
 from footprints_edge_export.report import Conversion
 from footprints_edge_models.networks.edge import EdgeNetwork
 
@@ -69,13 +71,23 @@ def _graphs_once():
         key = (type(network).__name__, chosen, first.sum().item(), size)
         if key not in made:
             made[key] = to_graph(network, size, **how)
-        graph = onnx.ModelProto()
-        graph.CopyFrom(made[key])
-        return graph
+        return made[key].clone()
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(convert_module, "to_graph", remembered)
         yield
+
+
+@pytest.fixture(scope="session")
+def rewritten():
+    """The function that gives what a rewrite makes of a model."""
+
+    def make(rewrite, model, *arguments):
+        graph = ir.from_proto(model)
+        rewrite(graph, *arguments)
+        return to_proto(graph)
+
+    return make
 
 
 @pytest.fixture(scope="session")

@@ -113,14 +113,15 @@ def variants(
         size: (H, W).
         pictures: that int8 is calibrated on, uint8 (1, H, W, 3) each.
     """
+    from footprints_edge_export.graph.editing import to_proto
     from footprints_edge_export.passes.registry import PASSES, PassStage
 
     model = stock_graph(network, precision, size, pictures)
-    yield AS_EXPORTED, model
+    yield AS_EXPORTED, to_proto(model)
     for each in PASSES:
         if each.stage in (PassStage.FLOAT, PassStage(precision)):
-            model = each.rewrite(model)
-            yield each.name, model
+            each.rewrite(model)
+            yield each.name, to_proto(model)
 
 
 def session_of(model: "onnx.ModelProto", threads: int) -> "onnxruntime.InferenceSession":

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-import onnx
+import onnx_ir as ir
 
 from footprints_edge_export.passes.elu_as_exponential import elu_as_exponential
 from footprints_edge_export.passes.elu_on_bytes import elu_on_bytes
@@ -32,7 +32,7 @@ class PassStage(StrEnum):
 class Pass:
     """A rewrite and the stage it belongs to."""
 
-    rewrite: Callable[[onnx.ModelProto], onnx.ModelProto]
+    rewrite: Callable[[ir.Model], None]
     stage: PassStage
 
     @property
@@ -51,15 +51,8 @@ PASSES = (
 )
 
 
-def apply_passes(
-    model: onnx.ModelProto, stage: PassStage, passes: Sequence[Pass] = PASSES
-) -> onnx.ModelProto:
-    """Apply the passes of a stage, in order.
-
-    Returns:
-        A new model, or ``model`` itself if the stage has no pass.
-    """
+def apply_passes(model: ir.Model, stage: PassStage, passes: Sequence[Pass] = PASSES) -> None:
+    """Apply the passes of a stage, in order and in place."""
     for each in passes:
         if each.stage == stage:
-            model = each.rewrite(model)
-    return model
+            each.rewrite(model)

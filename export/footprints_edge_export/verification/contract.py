@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import onnx
+import onnx_ir as ir
 from onnx import TensorProto
 
 from footprints_edge.model_files.metadata import ModelMetadata
@@ -40,7 +41,8 @@ def check_file(path: Path) -> None:
     ModelMetadata.from_props({p.key: p.value for p in model.metadata_props}, path.name)
 
 
-def set_metadata(model: onnx.ModelProto, metadata: ModelMetadata) -> None:
-    """Write the contract's metadata into a model, in place."""
-    onnx.helper.set_model_props(model, metadata.to_props())
-    model.producer_name, model.producer_version = "footprints-edge", ""
+def set_metadata(model: ir.Model, metadata: ModelMetadata) -> None:
+    """Replace a model's metadata by the contract's, in place."""
+    model.metadata_props.clear()
+    model.metadata_props.update(metadata.to_props())
+    model.producer_name, model.producer_version = "footprints-edge", None
