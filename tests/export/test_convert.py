@@ -121,6 +121,13 @@ def test_the_files_keep_the_contract(edge_fp32):
     assert model.opset_import[0].version >= 18
 
 
+def test_files_are_of_the_oldest_format_that_has_their_operators(edge_fixed, mobile, half):
+    for path, _ in (edge_fixed, mobile, half):
+        model = onnx.load(path)
+        assert model.ir_version == 8
+        assert [opset.version for opset in model.opset_import] == [18]
+
+
 def test_weights_may_be_for_another_camera_than_the_architectures(
     edge_checkpoint, conversion, tmp_path
 ):
@@ -360,6 +367,17 @@ def test_a_checkpoint_of_another_network_is_refused(edge_checkpoint, conversion,
     with pytest.raises(ModelError, match=r"not a checkpoint of ReferenceNetwork: 484 missing"):
         convert(edge_checkpoint, tmp_path / "a.onnx", conversion("reference"), overwrite=False)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_untrained_reference_weights_become_int8(photos, conversion, tmp_path):
+    """Their first batch norm folds to no bias, which the rounded zero of the image needs."""
+    torch.manual_seed(0)
+    torch.save(ReferenceNetwork().state_dict(), tmp_path / "model.pth")
+    wanted = conversion("reference", (64, 96), "int8", (photos,))
+    output = tmp_path / "a.onnx"
+    report = convert(tmp_path / "model.pth", output, wanted, overwrite=False)
+    assert max(report.fp32_to_int8["max_abs"].values()) < 0.2
+    assert plain_maps(output, noise(64, 96)).shape == (1, 4, 64, 96)
 
 
 def int8_of(folder, conversion):
