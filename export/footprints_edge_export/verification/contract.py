@@ -1,4 +1,4 @@
-"""Whether an ONNX file keeps the contract: the checks that need no picture."""
+"""The contract of a model file: checks that need no image, and its metadata."""
 
 from pathlib import Path
 
@@ -11,12 +11,12 @@ from footprints_edge_export.errors import VerificationError
 
 
 def check_file(path: Path) -> None:
-    """Hold a file against the contract.
+    """Check a file against the contract.
 
     Raises:
-        VerificationError: it is not valid ONNX, needs other files or other operators than the
-            standard ones, or its input or output are not those of the contract.
-        ModelError: its metadata are not.
+        VerificationError: the file is not valid ONNX, needs other files or non-standard operators,
+            or has another input or output than the contract says.
+        ModelError: the metadata break the contract.
     """
     try:
         onnx.checker.check_model(path, full_check=True)
