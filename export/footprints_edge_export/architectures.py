@@ -19,7 +19,8 @@ class Architecture:
 
     Attributes:
         build: makes the network, untrained. It takes RGB float32 (B, 3, H, W) in [0, 1], H and W
-            multiples of 32, and gives the raw channels of ``footprints_edge_models.networks.channels``.
+            multiples of 32, and gives the raw channels of
+            ``footprints_edge_models.networks.channels``.
         focal_px: focal length of its canonical camera; None where depths are as trained.
         licence: licence of its weights, if the caller states none.
         notice: what users of its weights must know; each conversion prints it once.

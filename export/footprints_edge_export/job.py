@@ -45,7 +45,7 @@ class Job:
         Raises:
             ExportError: bad options, too few photos, or an output exists and ``overwrite`` is
                 false.
-            ImageError: a folder of photos has no picture.
+            ImageError: a folder has no image.
         """
         target = TARGETS[conversion.target]
         conversion = replace(conversion, size=conversion.size or target.size)

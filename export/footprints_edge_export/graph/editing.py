@@ -1,4 +1,4 @@
-"""What every rewrite of a graph needs beyond ``onnx_ir``: constants, quantizations, new nodes."""
+"""Helpers for rewriting graphs with ``onnx_ir``: constants, quantizations, new nodes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

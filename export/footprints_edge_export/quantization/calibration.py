@@ -21,11 +21,11 @@ HELD_OUT_EVERY = 5
 
 
 def list_photos(folder: Path, at_least: int) -> list[Path]:
-    """Pictures of a folder and its sub-folders, sorted.
+    """Photos of a folder and its sub-folders, sorted.
 
     Raises:
-        ExportError: no such folder, or fewer pictures than needed.
-        ImageError: a folder without any picture.
+        ExportError: no such folder, or fewer photos than needed.
+        ImageError: a folder without any image.
     """
     if not folder.is_dir():
         raise ExportError(f"{folder}: no such folder of photos")
@@ -44,8 +44,8 @@ def split_photos(folders: Sequence[Path]) -> tuple[list[Path], list[Path]]:
     """Photos to calibrate on, and one in five held out; all folders are sampled alike.
 
     Raises:
-        ExportError: no such folder, or fewer pictures than needed.
-        ImageError: a folder without any picture.
+        ExportError: no such folder, or fewer photos than needed.
+        ImageError: a folder without any image.
     """
     calibration: list[Path] = []
     held_out: list[Path] = []

@@ -53,7 +53,7 @@ class Tolerances:
         mask_iou: least intersection over union of each mask there.
         input_levels: largest difference of a byte of the network's input.
         own_mask_iou: least intersection over union with the mask that the port's maps give.
-        own_mask_iou_at_image_size: the same, after the resize to the picture's size.
+        own_mask_iou_at_image_size: the same, after the resize to the image's size.
         own_metres: largest relative difference from the metres that the port's maps give.
     """
 
