@@ -109,7 +109,7 @@ class NewNodes:
         node_name: str | None = None,
         **attributes: int | float | str | Sequence[int],
     ) -> ir.Value:
-        """Insert a node. Its output is called ``PREFIX/name``, and so is it, unless named."""
+        """Insert a node with output ``PREFIX/name``; the node has that name too, unless given one."""
         full_name = f"{self._prefix}/{name}"
         outputs = [ir.val(full_name)]
         node = ir.node(operator, inputs, attributes, outputs=outputs, name=node_name or full_name)
@@ -123,7 +123,7 @@ def replace_node(old: ir.Node, new: ir.Value, name: str | None) -> None:
     Args:
         old: the node.
         new: output of a node that is in the graph already.
-        name: what the node of ``new`` is called from now on.
+        name: new name of the node that makes ``new``.
     """
     producer, graph = new.producer(), old.graph
     assert producer is not None

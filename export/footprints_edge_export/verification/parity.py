@@ -1,4 +1,4 @@
-"""Whether a float32 file gives the maps of the torch network that it was exported from."""
+"""Parity: a float32 file gives the maps of the torch network that it was exported from."""
 
 from collections.abc import Sequence
 
