@@ -109,7 +109,7 @@ class NewNodes:
         node_name: str | None = None,
         **attributes: int | float | str | Sequence[int],
     ) -> ir.Value:
-        """Insert a node with output ``PREFIX/name``; the node has that name too, unless given one."""
+        """Insert a node with output ``PREFIX/name``, which is its own name too by default."""
         full_name = f"{self._prefix}/{name}"
         outputs = [ir.val(full_name)]
         node = ir.node(operator, inputs, attributes, outputs=outputs, name=node_name or full_name)
