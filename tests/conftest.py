@@ -10,11 +10,29 @@ import pytest
 from hypothesis import settings
 
 from footprints_edge.cli.doctor import cpu_flags
+from footprints_edge.model_files.metadata import ModelMetadata
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
+
+
+@pytest.fixture(scope="session")
+def metadata() -> ModelMetadata:
+    """What tiny models say about themselves."""
+    return ModelMetadata(
+        name="tiny",
+        architecture="edge",
+        precision="fp32",
+        depth_range_m=(0.1, 100.0),
+        focal_px=None,
+        resize="lanczos",
+        licence="Apache-2.0",
+        source_sha256="0" * 64,
+        producer="tests",
+        training="none",
+    )
 
 
 @pytest.fixture(scope="session")

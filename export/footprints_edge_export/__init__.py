@@ -1,1 +1,1 @@
-"""Torch networks to ONNX files of the footprints-edge contract, verified at every step."""
+"""Export of PyTorch networks to ONNX files of the footprints-edge contract, verified throughout."""

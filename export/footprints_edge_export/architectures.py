@@ -14,17 +14,19 @@ from footprints_edge_models.networks.registry import NETWORKS
 
 @dataclass(frozen=True)
 class Architecture:
-    """What an export needs to know of a network.
+    """What an export needs to know about a network.
 
     Attributes:
         build: makes the network, untrained. It takes RGB float32 (B, 3, H, W) in [0, 1], H and W
-            multiples of 32, and gives the raw channels (see ``networks.channels``).
+            multiples of 32, and gives the raw channels of
+            ``footprints_edge_models.networks.channels``.
         focal_px: focal length of its canonical camera; None where depths are as trained.
-        licence: of its weights, where the caller states none.
-        notice: what the user of its weights must know, said once at each conversion.
+        licence: licence of its weights, if the caller states none.
+        notice: what users of its weights must know; each conversion prints it once.
         part: makes the network that gives some of the maps, or those of a coarser head; it takes
-            the whole network, a key of ``footprints_edge.metadata.OUTPUTS`` and the scale.
-        scales: of its heads; a head of scale 4 has a quarter of the picture's sides.
+            the whole network, a key of ``footprints_edge.model_files.metadata.OUTPUTS`` and the
+            decoder scale.
+        scales: decoder scales; a head of scale 4 has a quarter of the image's sides.
     """
 
     build: Callable[[], nn.Module]
@@ -48,14 +50,14 @@ ARCHITECTURES = {
 
 
 def trained(architecture: str, checkpoint: Path) -> nn.Module:
-    """A network with its weights, for inference.
+    """Load a network with its weights, for inference.
 
     Args:
         architecture: key of ``ARCHITECTURES``.
-        checkpoint: a state dict's file.
+        checkpoint: file of a PyTorch state dict.
 
     Raises:
-        ModelError: the checkpoint is not one of the architecture.
+        ModelError: the checkpoint does not fit the architecture.
     """
     network = ARCHITECTURES[architecture].build().eval()
     load_weights(network, read_checkpoint(checkpoint), str(checkpoint))

@@ -2,7 +2,8 @@
 
     python -m footprints_edge_export.bundle MODEL.onnx --description "What it is for"
 
-Copies the file and its report into ``footprints_edge/data`` and rewrites the manifest there.
+Copies the file and its report into ``footprints_edge/model_files/data`` and updates the manifest
+there.
 """
 
 import argparse
@@ -13,7 +14,7 @@ from pathlib import Path
 from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
 from footprints_edge.model import Model
 from footprints_edge.model_files.registry import DATA
-from footprints_edge_export.convert import report_path
+from footprints_edge_export.report import report_path
 from footprints_edge_export.verification.contract import check_file
 
 

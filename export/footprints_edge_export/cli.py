@@ -1,4 +1,4 @@
-"""``fp-export``: checkpoints to model files, how far two of them are apart, and test vectors."""
+"""``fp-export``: convert checkpoints, compare model files, write and check test vectors."""
 
 import json
 import logging
@@ -10,6 +10,8 @@ from typing import Annotated
 import typer
 
 from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained
+from footprints_edge.foundation.size_text import parse_size
+from footprints_edge.foundation.types import Size
 
 app = typer.Typer(
     name="fp-export",
@@ -21,22 +23,22 @@ app = typer.Typer(
 )
 
 
-class Arch(StrEnum):
+class ArchitectureName(StrEnum):
     """Networks that can be exported."""
 
     EDGE = "edge"
     REFERENCE = "reference"
 
 
-class Precision(StrEnum):
-    """Of weights and activations; fp16 is of weights only, and int8 keeps the last layer float."""
+class FilePrecision(StrEnum):
+    """Precision of a file: fp16 applies to weights only, int8 keeps the last layer float."""
 
     FP32 = "fp32"
     FP16 = "fp16"
     INT8 = "int8"
 
 
-class Outputs(StrEnum):
+class OutputMaps(StrEnum):
     """Maps that a file has."""
 
     ALL = "all"
@@ -44,8 +46,8 @@ class Outputs(StrEnum):
     DEPTHS = "depths"
 
 
-class Target(StrEnum):
-    """What the file is for."""
+class TargetName(StrEnum):
+    """Kinds of processors and runtimes that a file can be made for."""
 
     X86_VNNI = "x86-vnni"
     X86_AVX2 = "x86-avx2"
@@ -54,44 +56,46 @@ class Target(StrEnum):
     MOBILE = "mobile"
 
 
-def _size(text: str | None) -> tuple[int, int] | None:
+def _size(text: str | None) -> Size | None:
     if text is None or text == "dynamic":
         return None
     try:
-        height, width = (int(side) for side in text.lower().split("x"))
+        return parse_size(text)
     except ValueError as error:
-        raise typer.BadParameter(
-            f"{text!r} is not HxW, such as 256x448", param_hint="--size"
-        ) from error
-    return height, width
+        raise typer.BadParameter(str(error), param_hint="--size") from error
 
 
 @app.command("convert")
 def convert_command(
     checkpoint: Annotated[Path, typer.Argument(help="PyTorch state dict, such as model.pth.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
-    arch: Annotated[Arch, typer.Option(help="Network of the checkpoint.")],
+    arch: Annotated[ArchitectureName, typer.Option(help="Network of the checkpoint.")],
     size: Annotated[
         str | None, typer.Option(metavar="HxW", help="Fix the input size.  [default: any]")
     ] = None,
-    precision: Annotated[Precision, typer.Option()] = Precision.FP32,
+    precision: Annotated[
+        FilePrecision, typer.Option(help="Precision of weights and activations.")
+    ] = FilePrecision.FP32,
     calibration: Annotated[
         list[Path] | None,
-        typer.Option(help="Folder of photos that int8 is calibrated on; may be repeated."),
+        typer.Option(help="Folder of photos to calibrate int8 on; may be repeated."),
     ] = None,
-    target: Annotated[Target, typer.Option(help="What the file is for.")] = Target.X86_VNNI,
-    name: Annotated[str | None, typer.Option(help="Name in the file.  [default: OUT]")] = None,
+    target: Annotated[
+        TargetName, typer.Option(help="Processor or runtime to make the file for.")
+    ] = TargetName.X86_VNNI,
+    name: Annotated[str | None, typer.Option(help="Name of the model.  [default: OUT]")] = None,
     licence: Annotated[str | None, typer.Option(help="Licence of the weights.")] = None,
-    training: Annotated[str, typer.Option(help="On what they were trained.")] = "unstated",
-    outputs: Annotated[Outputs, typer.Option(help="Maps that the file has.")] = Outputs.ALL,
+    training: Annotated[str, typer.Option(help="Training data of the weights.")] = "unstated",
+    outputs: Annotated[OutputMaps, typer.Option(help="Maps that the file has.")] = OutputMaps.ALL,
     scale: Annotated[
-        int, typer.Option(help="Of the head: 2 or 4 for reference's coarser, faster ones.")
+        int,
+        typer.Option(help="Decoder scale: 1, or 2 or 4 for coarser, faster maps (reference only)."),
     ] = 1,
     focal_px: Annotated[
         float | None,
         typer.Option(
             min=1.0,
-            help="Focal length, pixels of the input, of the camera that its depths are for.  "
+            help="Focal length, in input pixels, of the camera that the depths are for.  "
             "[default: edge 400; reference: depths as trained]",
         ),
     ] = None,
@@ -99,26 +103,27 @@ def convert_command(
 ) -> None:
     """Convert CHECKPOINT to a model file, verify it, and write a report beside it, OUT.onnx.json.
 
-    Exit codes: 2 wrong usage, 3 problem with the checkpoint or with what came of it.
+    Exit codes: 2 wrong usage, 3 problem with the checkpoint or with the result.
     """
     with explained("export"):
         from footprints_edge_export.architectures import ARCHITECTURES
-        from footprints_edge_export.convert import Conversion, convert
+        from footprints_edge_export.convert import convert
+        from footprints_edge_export.report import Conversion
 
         if notice := ARCHITECTURES[arch].notice:
             complain(notice)
         conversion = Conversion(
-            arch.value,
-            _size(size),
-            precision.value,
-            tuple(calibration or ()),
-            target.value,
-            name or output.stem,
-            licence,
-            training,
-            outputs.value,
-            scale,
-            focal_px,
+            architecture=arch.value,
+            size=_size(size),
+            precision=precision.value,
+            calibration=tuple(calibration or ()),
+            target=target.value,
+            name=name or output.stem,
+            licence=licence,
+            training=training,
+            outputs=outputs.value,
+            scale=scale,
+            focal_px=focal_px,
         )
         report = convert(checkpoint, output, conversion, overwrite=overwrite)
         compared = {
@@ -138,11 +143,11 @@ def convert_command(
 
 @app.command()
 def verify(
-    model_a: Annotated[Path, typer.Argument(metavar="A", help="Model file to compare with.")],
-    model_b: Annotated[Path, typer.Argument(metavar="B", help="Model file that is compared.")],
-    images: Annotated[Path, typer.Option(help="Folder of photos.")],
+    model_a: Annotated[Path, typer.Argument(metavar="A", help="Model file to compare against.")],
+    model_b: Annotated[Path, typer.Argument(metavar="B", help="Model file to compare.")],
+    images: Annotated[Path, typer.Option(help="Folder of photos to run both models on.")],
 ) -> None:
-    """Print how far two model files' maps are apart, as JSON."""
+    """Print the differences between the maps of two model files, as JSON."""
     with explained("export"):
         from footprints_edge.model import load
         from footprints_edge_export.errors import ExportError
@@ -168,10 +173,11 @@ def vectors_command(
     model: Annotated[str, typer.Argument(help="Model file, or a name that fp-models list shows.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the vectors.")],
     photo: Annotated[
-        Path | None, typer.Option(help="Photo to cut them from.  [default: examples/room.jpg]")
+        Path | None,
+        typer.Option(help="Photo to cut the images from.  [default: examples/room.jpg]"),
     ] = None,
 ) -> None:
-    """Write test vectors of MODEL, for ports to other languages, and print the files."""
+    """Write test vectors of MODEL for ports to other languages, and print their paths."""
     with explained("export"):
         from footprints_edge.model import load
         from footprints_edge_export.verification.test_vectors import EXAMPLE_PHOTO, write_vectors
@@ -183,11 +189,13 @@ def vectors_command(
 @app.command("check-vectors")
 def check_vectors_command(
     vectors: Annotated[Path, typer.Argument(help="Folder that fp-export vectors wrote.")],
-    outputs: Annotated[Path, typer.Argument(help="Folder that a port wrote, the same way.")],
+    outputs: Annotated[
+        Path, typer.Argument(help="Folder that the port wrote, with the same layout.")
+    ],
 ) -> None:
-    """Hold what a port wrote against test vectors, a line a quantity.
+    """Compare the outputs of a port with test vectors and print one line per quantity.
 
-    Exit codes: 1 if one differs, 2 wrong usage.
+    Exit codes: 1 if a quantity differs, 2 wrong usage.
     """
     with explained("export"):
         from footprints_edge_export.verification.check_vectors import check_vectors

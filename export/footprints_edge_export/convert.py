@@ -1,28 +1,33 @@
-"""The whole conversion: checkpoint in, one verified model file and its report out.
+"""The whole conversion, as a chain: export -> fp32 -> fp16 or int8 -> ort -> report.
 
-Everything is made and checked in a temporary folder; the output appears only when all holds.
+Each step takes and returns one artifact. All files are made and verified in a temporary folder;
+the output appears only when every check holds.
 """
 
 import json
 import logging
 import tempfile
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import onnx
+import onnx_ir as ir
+import onnxruntime
 import torch
 from numpy.typing import NDArray
-from torch import nn
+from onnx_ir.passes.common import RemoveUnusedOpsetsPass
 
 from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
 from footprints_edge.foundation.version import __version__
 from footprints_edge.model import Model
-from footprints_edge.model_files.metadata import OUTPUTS, ModelMetadata
-from footprints_edge_export.architectures import ARCHITECTURES, trained
-from footprints_edge_export.errors import ExportError, VerificationError
+from footprints_edge.model_files.metadata import ModelMetadata
+from footprints_edge_export.architectures import trained
+from footprints_edge_export.artifact import Artifact, ExportedGraph
+from footprints_edge_export.graph.editing import to_proto
 from footprints_edge_export.graph.fp16_weights import store_weights_in_half
-from footprints_edge_export.graph.ort_format import to_ort_format
+from footprints_edge_export.graph.ort_format import operators_path, to_ort_format
 from footprints_edge_export.graph.torch_export import to_graph
 from footprints_edge_export.graph.uint8_input import (
     correct_first_bias,
@@ -30,334 +35,219 @@ from footprints_edge_export.graph.uint8_input import (
     join_uint8_image_quantized,
     split_normalisation,
 )
+from footprints_edge_export.job import Job
 from footprints_edge_export.passes.pad_as_slices import pad_as_slices
-from footprints_edge_export.passes.registry import PASSES, Stage, apply_passes
-from footprints_edge_export.quantization.calibration import network_inputs, split_photos
+from footprints_edge_export.passes.registry import PASSES, PassStage, apply_passes
+from footprints_edge_export.quantization.calibration import network_inputs
 from footprints_edge_export.quantization.quantize import quantize
-from footprints_edge_export.targets import TARGETS
-from footprints_edge_export.verification.compare import CHANNELS, Difference, compare_models
+from footprints_edge_export.report import Conversion, Report, report_path
+from footprints_edge_export.verification.bounds import check_bounds, check_finite
+from footprints_edge_export.verification.compare import Difference, compare_models
 from footprints_edge_export.verification.contract import check_file, set_metadata
+from footprints_edge_export.verification.parity import check_parity, in_short, seeded_images
 from footprints_edge_models.networks.channels import MAX_DEPTH_M, MIN_DEPTH_M
 from footprints_edge_models.networks.checkpoint import file_sha256
 
 logger = logging.getLogger(__name__)
 
-TOLERANCE = 1e-4
-"""Largest difference allowed between torch and ONNX float32, in any pixel of any map."""
-
 IR_VERSION = 8
-"""The oldest that goes with opset 18, so that runtimes of 2023 read the files too."""
-
-BOUNDS = {"fp16": (0.99, 0.01), "ort of fp32": (0.999, 0.001), "ort of int8": (0.98, 0.05)}
-"""The least IoU of a mask and the largest mean relative difference of the visible depths: of
-weights in half precision against float32, and of an ``.ort`` file against its model."""
-
-
-@dataclass(frozen=True)
-class Conversion:
-    """What to make of a checkpoint.
-
-    Attributes:
-        architecture: key of ``ARCHITECTURES``.
-        size: (H, W) to fix the input to; None leaves both free.
-        precision: ``fp32``, ``fp16`` (weights only) or ``int8``.
-        calibration: folders of photos, each drawn from alike; int8 needs one.
-        target: key of ``targets.TARGETS``.
-        name: what the model calls itself.
-        licence: of the weights; None for the architecture's own.
-        training: on what they were trained, in words.
-        outputs: which maps the file has, a key of ``footprints_edge.metadata.OUTPUTS``.
-        scale: of the head that they come from: 1, or 2 or 4 for one of that fraction of the
-            picture's sides, where the architecture has one.
-        focal_px: focal length, in pixels of the input, of the camera that the depths are for; None
-            for the architecture's own.
-    """
-
-    architecture: str
-    size: tuple[int, int] | None
-    precision: str
-    calibration: tuple[Path, ...]
-    target: str
-    name: str
-    licence: str | None
-    training: str
-    outputs: str = "all"
-    scale: int = 1
-    focal_px: float | None = None
-
-
-@dataclass(frozen=True)
-class Report:
-    """What was converted and what was measured; written as JSON beside the model.
-
-    Attributes:
-        model: file name, bytes and SHA-256.
-        metadata: as in the file.
-        torch_to_fp32: largest difference of each map, over ``parity_sizes``.
-        parity_sizes: (H, W) of the pictures that torch and ONNX were compared on.
-        fp32_to_fp16: see :class:`compare.Difference`; None for fp32 and int8.
-        fp32_to_int8: likewise; None for fp32 and fp16.
-        calibration_photos: how many the int8 ranges were taken from.
-        target: what the file is for; None where every target's would be the same.
-        ort: file name, bytes and SHA-256 of the file in onnxruntime's format; None where the
-            target or precision has none.
-        model_to_ort: see :class:`compare.Difference`; None where there is no such file.
-        versions: of the programs that made it.
-        scale: of the head that the maps come from.
-    """
-
-    model: dict[str, object]
-    metadata: dict[str, object]
-    torch_to_fp32: dict[str, float]
-    parity_sizes: list[tuple[int, int]]
-    fp32_to_fp16: dict[str, object] | None
-    fp32_to_int8: dict[str, object] | None
-    calibration_photos: int
-    target: str | None
-    ort: dict[str, object] | None
-    model_to_ort: dict[str, object] | None
-    versions: dict[str, str]
-    scale: int
+"""The oldest version for opset 18, so that runtimes of 2023 can read the files too."""
 
 
 def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite: bool) -> Report:
     """Convert a checkpoint to a model file, verify it, and write both it and ``OUTPUT.json``.
 
-    A target of onnxruntime's own format also has its ``.ort`` file and the list of its operators.
+    If the target uses onnxruntime's own format, also write the ``.ort`` file and the list of its
+    operators.
 
     Raises:
-        ExportError: bad options, too few photos, or an output exists and is not to be replaced.
-        ModelError: the checkpoint is not one of the architecture.
-        VerificationError: the result differs from the checkpoint; nothing is left behind.
+        ExportError: bad options, too few photos, or an output exists and ``overwrite`` is false.
+        ModelError: the checkpoint does not fit the architecture.
+        VerificationError: the result differs from the checkpoint; no file is left behind.
     """
-    target = TARGETS[conversion.target]
-    conversion = replace(conversion, size=conversion.size or target.size)
-    outputs = _checked_outputs(checkpoint, output, conversion, overwrite)
-    network = _network(checkpoint, conversion)
-    folders = conversion.calibration if conversion.precision != "fp32" else ()
-    calibration, held_out = split_photos(folders)
-    calibrated_on = 0
+    job = Job.checked(checkpoint, output, conversion, overwrite=overwrite)
     with tempfile.TemporaryDirectory(dir=output.parent, prefix=".fp-export-") as folder:
-        fp32_path, final_path = Path(folder, "fp32.onnx"), Path(folder, "final.onnx")
-        logger.info("exporting %s", checkpoint)
-        graph = to_graph(network, conversion.size, gives_maps=True)
-        normalisation = split_normalisation(graph)
-        graph = apply_passes(graph, Stage.FLOAT, PASSES)
-        quantizable = onnx.ModelProto()
-        quantizable.CopyFrom(graph)
-        join_uint8_image(graph, normalisation)
-        graph = apply_passes(graph, Stage.FP32, PASSES)
-        graph = pad_as_slices(graph) if target.plain_padding else graph
-        metadata = _metadata(checkpoint, conversion)
-        fp32 = _write(graph, replace(metadata, precision="fp32"), fp32_path)
-        sizes = [conversion.size] if conversion.size else [(96, 128), (160, 96), (256, 448)]
-        parity = _parity(network, fp32, sizes)
-        logger.info("torch against ONNX fp32, largest difference: %s", _short(parity))
-        final, half_difference, difference = fp32, None, None
-        if conversion.precision == "fp16":
-            store_weights_in_half(graph)
-            final = _write(graph, metadata, final_path)
-            half_difference = compare_models(fp32, final, _pictures(fp32, held_out, sizes))
-            _hold("fp16", half_difference)
-        if conversion.precision == "int8":
-            correct_first_bias(quantizable, normalisation)
-            images = network_inputs(calibration, fp32)
-            calibrated_on = len(images)
-            logger.info("calibrating on %d photos", calibrated_on)
-            int8_graph = quantize(quantizable, normalisation, images, conversion.target)
-            join_uint8_image_quantized(int8_graph, normalisation)
-            int8_graph = apply_passes(int8_graph, Stage.INT8, PASSES)
-            int8_graph = pad_as_slices(int8_graph) if target.plain_padding else int8_graph
-            final = _write(int8_graph, metadata, final_path)
-            difference = _quantization_loss(fp32, final, held_out)
-        parts = {output: final.path}
-        ort, ort_difference = None, None
-        if len(outputs) > 2:
-            ort_parts, ort, ort_difference = _write_ort(
-                final, outputs[2:], _pictures(fp32, held_out, sizes)
-            )
-            parts |= ort_parts
-        report = Report(
-            _file(output, final),
-            asdict(metadata),
-            parity,
-            sizes,
-            None if half_difference is None else half_difference.as_dict(),
-            None if difference is None else difference.as_dict(),
-            calibrated_on,
-            conversion.target if difference is not None or target.plain_padding else None,
-            ort,
-            None if ort_difference is None else ort_difference.as_dict(),
-            _versions(),
-            conversion.scale,
-        )
-        parts[outputs[1]] = Path(folder, "report.json")
-        parts[outputs[1]].write_text(json.dumps(asdict(report), indent=2) + "\n")
-        for path, made in parts.items():
-            made.replace(path)
+        fp32 = to_fp32(export(job, Path(folder)))
+        artifact = to_ort(_TO_PRECISION[conversion.precision](fp32))
+        report = to_report(artifact)
+        _publish(artifact, report)
     return report
 
 
-def report_path(output: Path) -> Path:
-    """Where the report of a model file lies."""
-    return output.with_name(output.name + ".json")
+def export(job: Job, folder: Path) -> ExportedGraph:
+    """Load the checkpoint and export the part of the network that the job asks for."""
+    logger.info("exporting %s", job.checkpoint)
+    conversion = job.conversion
+    whole = trained(conversion.architecture, job.checkpoint)
+    network = job.architecture.part(whole, conversion.outputs, conversion.scale).eval()
+    graph = to_graph(network, conversion.size, gives_maps=True)
+    normalisation = split_normalisation(graph)
+    apply_passes(graph, PassStage.FLOAT, PASSES)
+    return ExportedGraph(
+        job=job,
+        folder=folder,
+        network=network,
+        graph=graph,
+        normalisation=normalisation,
+    )
 
 
-def _checked_outputs(
-    checkpoint: Path, output: Path, conversion: Conversion, overwrite: bool
-) -> list[Path]:
-    """The files that a conversion writes: model, report, and ``.ort`` and its list if any."""
-    if conversion.precision == "int8" and not conversion.calibration:
-        raise ExportError("int8 needs photos to calibrate on, 100 or more: --calibration DIR")
-    scales = ARCHITECTURES[conversion.architecture].scales
-    if conversion.scale not in scales:
-        raise ExportError(
-            f"scale {conversion.scale}: {conversion.architecture} has trained heads of scale "
-            f"{', '.join(map(str, scales))} only"
-        )
-    if conversion.size and (min(conversion.size) < 64 or any(s % 32 for s in conversion.size)):
-        raise ExportError(f"size {conversion.size}: both sides must be multiples of 32, from 64 on")
-    if output.suffix != ".onnx":
-        raise ExportError(f"{output}: a model file ends in .onnx")
-    if not output.parent.is_dir():
-        raise ExportError(f"{output.parent}: no such folder to write to")
-    outputs = [output, report_path(output)]
-    # The format's converter folds the casts of half precision: it would be the fp32 file again.
-    if TARGETS[conversion.target].ort_format and conversion.precision != "fp16":
-        outputs += [output.with_suffix(".ort"), output.with_suffix(".operators.config")]
-    for path in outputs:
-        if path.resolve() == checkpoint.resolve():
-            raise ExportError(f"{path} is the checkpoint itself; name another output")
-        if path.exists() and not overwrite:
-            raise ExportError(f"{path} exists; --overwrite replaces it")
-    return outputs
+def to_fp32(exported: ExportedGraph) -> Artifact:
+    """Write the float32 file.
+
+    Raises:
+        VerificationError: its maps are not torch's.
+    """
+    graph = exported.graph.clone()
+    join_uint8_image(graph, exported.normalisation)
+    _apply_passes(graph, PassStage.FP32, exported.job)
+    model = _write(exported, graph, "fp32")
+    parity = check_parity(exported.network, model, exported.job.test_sizes)
+    logger.info("torch against ONNX fp32, largest difference: %s", in_short(parity))
+    return Artifact(exported=exported, graph=graph, fp32=model, torch_to_fp32=parity, model=model)
 
 
-def _file(output: Path, model: Model) -> dict[str, object]:
-    return {"file": output.name, "bytes": model.path.stat().st_size, "sha256": model.sha256}
+def to_fp16(artifact: Artifact) -> Artifact:
+    """Store the weights of the float32 file in half precision.
+
+    Raises:
+        ExportError: a weight is too large for half precision.
+        VerificationError: the maps change too much.
+    """
+    graph = artifact.graph.clone()
+    store_weights_in_half(graph)
+    model = _write(artifact.exported, graph, "fp16")
+    difference = compare_models(artifact.fp32, model, _verification_images(artifact))
+    check_bounds("fp16", difference)
+    return replace(artifact, model=model, difference=difference)
 
 
-def _network(checkpoint: Path, conversion: Conversion) -> nn.Module:
-    """The network, as far as it is asked for."""
-    network = trained(conversion.architecture, checkpoint)
-    part = ARCHITECTURES[conversion.architecture].part
-    return part(network, conversion.outputs, conversion.scale).eval()
+def to_int8(artifact: Artifact) -> Artifact:
+    """Quantize the exported graph.
+
+    Raises:
+        ExportError: none of the photos can be read, or the network cannot be quantized.
+        VerificationError: the maps are not numbers.
+    """
+    exported, job = artifact.exported, artifact.job
+    graph = exported.graph.clone()
+    correct_first_bias(graph, exported.normalisation)
+    images = network_inputs(job.calibration, artifact.fp32)
+    logger.info("calibrating on %d photos", len(images))
+    graph = quantize(graph, exported.normalisation, images, job.conversion.target)
+    join_uint8_image_quantized(graph, exported.normalisation)
+    _apply_passes(graph, PassStage.INT8, job)
+    model = _write(exported, graph, "int8")
+    difference = compare_models(artifact.fp32, model, _verification_images(artifact))
+    check_finite(difference)
+    return replace(artifact, model=model, difference=difference, calibration_photos=len(images))
 
 
-def _metadata(checkpoint: Path, conversion: Conversion) -> ModelMetadata:
-    architecture = ARCHITECTURES[conversion.architecture]
+def to_ort(artifact: Artifact) -> Artifact:
+    """Write the file in onnxruntime's own format, if the job asks for one.
+
+    Raises:
+        VerificationError: onnxruntime's converter fails, or the maps change too much.
+    """
+    if artifact.job.ort is None:
+        return artifact
+    ort = Model(OnnxRuntimeEngine(to_ort_format(artifact.model.path, artifact.job.ort.name)))
+    difference = compare_models(artifact.model, ort, _verification_images(artifact))
+    check_bounds(f"ort of {artifact.model.metadata.precision}", difference)
+    return replace(artifact, ort=ort, ort_difference=difference)
+
+
+def to_report(artifact: Artifact) -> Report:
+    """Everything that was measured on the way."""
+    job, precision = artifact.job, artifact.job.conversion.precision
+    is_for_target = precision == "int8" or job.target.plain_padding
+    return Report(
+        model=_file_facts(job.output, artifact.model),
+        metadata=asdict(artifact.model.metadata),
+        torch_to_fp32=artifact.torch_to_fp32,
+        parity_sizes=job.test_sizes,
+        fp32_to_fp16=_facts(artifact.difference) if precision == "fp16" else None,
+        fp32_to_int8=_facts(artifact.difference) if precision == "int8" else None,
+        calibration_photos=artifact.calibration_photos,
+        target=job.conversion.target if is_for_target else None,
+        ort=None if job.ort is None or artifact.ort is None else _file_facts(job.ort, artifact.ort),
+        model_to_ort=_facts(artifact.ort_difference),
+        versions={
+            "footprints-edge": __version__,
+            "torch": torch.__version__,
+            "onnx": onnx.__version__,
+            "onnxruntime": onnxruntime.__version__,
+        },
+        scale=job.conversion.scale,
+    )
+
+
+_TO_PRECISION: Mapping[str, Callable[[Artifact], Artifact]] = {
+    "fp32": lambda fp32: fp32,
+    "fp16": to_fp16,
+    "int8": to_int8,
+}
+
+
+def _publish(artifact: Artifact, report: Report) -> None:
+    """Move the verified files to where the caller wants them, the report last."""
+    job = artifact.job
+    moves = {job.output: artifact.model.path}
+    if job.ort is not None and artifact.ort is not None:
+        moves[job.ort] = artifact.ort.path
+        moves[operators_path(job.ort)] = operators_path(artifact.ort.path)
+    report_file = artifact.exported.folder / "report.json"
+    report_file.write_text(json.dumps(asdict(report), indent=2) + "\n")
+    moves[report_path(job.output)] = report_file
+    for path, made in moves.items():
+        made.replace(path)
+
+
+def _write(exported: ExportedGraph, graph: ir.Model, precision: str) -> Model:
+    """Write a graph with its metadata, check the file, and load it."""
+    RemoveUnusedOpsetsPass()(graph)
+    set_metadata(graph, _metadata(exported.job, precision))
+    graph.ir_version = IR_VERSION
+    path = exported.folder / f"{precision}.onnx"
+    onnx.save(to_proto(graph), path)
+    check_file(path)
+    return Model(OnnxRuntimeEngine(path))
+
+
+def _metadata(job: Job, precision: str) -> ModelMetadata:
+    conversion = job.conversion
     return ModelMetadata(
         name=conversion.name,
         architecture=conversion.architecture,
-        precision=conversion.precision,
+        precision=precision,
         depth_range_m=(MIN_DEPTH_M, MAX_DEPTH_M),
-        focal_px=conversion.focal_px or architecture.focal_px,
+        focal_px=conversion.focal_px or job.architecture.focal_px,
         resize="lanczos",
-        licence=conversion.licence or architecture.licence,
-        source_sha256=file_sha256(checkpoint),
+        licence=conversion.licence or job.architecture.licence,
+        source_sha256=file_sha256(job.checkpoint),
         producer=f"footprints-edge {__version__}",
         training=conversion.training,
         outputs=conversion.outputs,
     )
 
 
-def _write(model: onnx.ModelProto, metadata: ModelMetadata, path: Path) -> Model:
-    standard = [opset for opset in model.opset_import if not opset.domain]
-    del model.opset_import[:]
-    model.opset_import.extend(standard)
-    del model.graph.value_info[:]
-    set_metadata(model, metadata)
-    model.ir_version = IR_VERSION
-    onnx.save(model, path)
-    check_file(path)
-    return Model(OnnxRuntimeEngine(path))
+def _apply_passes(graph: ir.Model, stage: PassStage, job: Job) -> None:
+    apply_passes(graph, stage, PASSES)
+    if job.target.plain_padding:
+        pad_as_slices(graph)
 
 
-def _parity(network: nn.Module, model: Model, sizes: list[tuple[int, int]]) -> dict[str, float]:
-    """Largest difference of each map between torch and a float32 file, on seeded pictures."""
-    rng = np.random.default_rng(0)
-    channels = OUTPUTS[model.metadata.outputs]
-    worst = np.zeros(len(channels))
-    for height, width in sizes:
-        image = _test_picture(height, width, rng)
-        x = torch.from_numpy(image).permute(0, 3, 1, 2).float() / 255
-        with torch.no_grad():
-            expected = network(x).numpy()
-        worst = np.maximum(worst, np.abs(model.engine.run(image) - expected).max(axis=(0, 2, 3)))
-    found = {CHANNELS[channel]: float(off) for channel, off in zip(channels, worst, strict=True)}
-    if not worst.max() <= TOLERANCE:  # also where it is NaN
-        raise VerificationError(
-            f"ONNX float32 differs from torch by more than {TOLERANCE:g}: {_short(found)}; "
-            "no file was written"
-        )
-    return found
+def _verification_images(artifact: Artifact) -> list[NDArray[np.uint8]]:
+    """Photos that nothing was calibrated on; seeded images if there are none."""
+    job = artifact.job
+    if job.held_out:
+        return network_inputs(job.held_out, artifact.fp32)
+    return seeded_images(job.test_sizes, seed=1)
 
 
-def _test_picture(height: int, width: int, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Smooth colour ramps with noise on them: every byte value, every frequency."""
-    y, x = np.mgrid[0:height, 0:width] / max(height, width)
-    ramps = np.stack([x, y, 1 - (x + y) / 2], axis=-1) * 200
-    return (ramps + rng.integers(0, 56, (height, width, 3))).astype(np.uint8)[None]
+def _file_facts(output: Path, model: Model) -> dict[str, object]:
+    return {"file": output.name, "bytes": model.path.stat().st_size, "sha256": model.sha256}
 
 
-def _pictures(
-    model: Model, held_out: list[Path], sizes: list[tuple[int, int]]
-) -> list[NDArray[np.uint8]]:
-    """Photos that nothing was calibrated on; made pictures where there are none."""
-    if held_out:
-        return network_inputs(held_out, model)
-    rng = np.random.default_rng(1)
-    return [_test_picture(height, width, rng) for height, width in sizes]
-
-
-def _hold(kind: str, difference: Difference) -> None:
-    """Refuse a difference that is beyond its ``BOUNDS``."""
-    least_iou, most_abs_rel = BOUNDS[kind]
-    worst = min(difference.visible_ground_iou, difference.ground_iou)
-    if worst < least_iou or not difference.visible_depth_abs_rel <= most_abs_rel:
-        raise VerificationError(
-            f"{kind} changes the masks (IoU {worst:.4f}, at least {least_iou:g}) or the depths (by "
-            f"{difference.visible_depth_abs_rel:.2g} of the distance, at most {most_abs_rel:g}) "
-            "too much; no file was written"
-        )
-
-
-def _write_ort(
-    model: Model, outputs: list[Path], pictures: list[NDArray[np.uint8]]
-) -> tuple[dict[Path, Path], dict[str, object], Difference]:
-    """Make the ``.ort`` file and its list beside a model.
-
-    Returns:
-        Where each output lies for now, the file's facts, and how far its maps are from the model's.
-    """
-    ort_path, list_path = outputs
-    parts = {path: model.path.with_name(f"made{path.suffix}") for path in outputs}
-    data, operators = to_ort_format(model.path, ort_path.name)
-    parts[ort_path].write_bytes(data)
-    parts[list_path].write_text(operators)
-    ort = Model(OnnxRuntimeEngine(parts[ort_path]))
-    difference = compare_models(model, ort, pictures)
-    _hold(f"ort of {model.metadata.precision}", difference)
-    return parts, _file(ort_path, ort), difference
-
-
-def _quantization_loss(fp32: Model, int8: Model, held_out: list[Path]) -> Difference:
-    difference = compare_models(fp32, int8, network_inputs(held_out, fp32))
-    if not np.isfinite(list(difference.max_abs.values())).all():
-        raise VerificationError("the int8 model gives maps that are not numbers; no file written")
-    return difference
-
-
-def _versions() -> dict[str, str]:
-    import onnxruntime
-
-    return {
-        "footprints-edge": __version__,
-        "torch": torch.__version__,
-        "onnx": onnx.__version__,
-        "onnxruntime": onnxruntime.__version__,
-    }
-
-
-def _short(values: dict[str, float]) -> str:
-    return ", ".join(f"{name} {value:.2g}" for name, value in values.items())
+def _facts(difference: Difference | None) -> dict[str, object] | None:
+    return None if difference is None else difference.as_dict()

@@ -1,11 +1,11 @@
-"""Why an export was refused."""
+"""Errors of an export."""
 
 from footprints_edge.errors import FootprintsError, ModelError
 
 
 class ExportError(FootprintsError):
-    """A conversion cannot be done as asked: no such option, too few photos, file in the way."""
+    """The conversion cannot be done as asked: a bad option, too few photos, an existing file."""
 
 
 class VerificationError(ModelError):
-    """A converted model is not what it was converted from; no file was left behind."""
+    """A converted model differs from its source or breaks the contract; no file is left behind."""

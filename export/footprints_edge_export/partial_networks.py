@@ -1,7 +1,7 @@
-"""Networks that compute only what is asked for: some of the four maps, or maps of a coarser head.
+"""Parts of the networks: some of the four maps, or the maps of a coarser head.
 
-Each gives the maps of the file contract, in the contract's order, at the picture's own size. What
-nothing asks for is not in the exported graph at all.
+Each gives the maps of the file contract, in the contract's order, at the size of the image. The
+exported graph has nothing else.
 """
 
 import torch
@@ -14,7 +14,7 @@ from footprints_edge_models.networks.reference import ReferenceNetwork
 
 
 class EdgePart(nn.Module):
-    """The edge network with a head of fewer channels; it has one head, of half the size."""
+    """The edge network with a head of fewer channels; it has one head, at half resolution."""
 
     SCALES = (1,)
 
@@ -43,7 +43,7 @@ class EdgePart(nn.Module):
 
 
 class ReferencePart(nn.Module):
-    """One of the reference network's trained heads, of the decoders that are needed."""
+    """One of the reference network's trained heads, with only the decoders it needs."""
 
     SCALES = (1, 2, 4)
 

@@ -1,4 +1,4 @@
-"""What a model file is made for: kinds of processors and of runtimes, and what each wants."""
+"""Targets of a model file: kinds of processors and runtimes, and what each needs."""
 
 from dataclasses import dataclass
 
@@ -6,13 +6,14 @@ from onnxruntime.quantization import QuantType
 
 
 @dataclass(frozen=True)
-class Target:
-    """What a kind of processor or runtime wants.
+class ExportTarget:
+    """What a kind of processor or runtime needs.
 
     Attributes:
-        activations: uint8 or int8, where the file is int8.
-        reduce_range: 7-bit weights, where the CPU's multiply-add would saturate with 8.
-        size: (H, W) that the input is fixed to where the caller names none; None leaves it free.
+        activations: uint8 or int8 activations in an int8 file.
+        reduce_range: whether weights have 7 bits, where the CPU's multiply-add would saturate
+            with 8.
+        size: (H, W) that the input is fixed to if the caller names none; None leaves it free.
         plain_padding: whether reflecting Pads are written as Slice and Concat.
         ort_format: whether the file is also written in onnxruntime's own format, ``.ort``.
     """
@@ -25,12 +26,12 @@ class Target:
 
 
 TARGETS = {
-    "x86-vnni": Target(QuantType.QUInt8),
-    "x86-avx2": Target(QuantType.QUInt8, reduce_range=True),
-    "arm64": Target(QuantType.QInt8),
-    "web": Target(QuantType.QUInt8, plain_padding=True),
-    "mobile": Target(QuantType.QInt8, size=(256, 448), plain_padding=True, ort_format=True),
+    "x86-vnni": ExportTarget(QuantType.QUInt8),
+    "x86-avx2": ExportTarget(QuantType.QUInt8, reduce_range=True),
+    "arm64": ExportTarget(QuantType.QInt8),
+    "web": ExportTarget(QuantType.QUInt8, plain_padding=True),
+    "mobile": ExportTarget(QuantType.QInt8, size=(256, 448), plain_padding=True, ort_format=True),
 }
-"""x86 since 2019 or so multiplies uint8 with int8 without loss (VNNI); before that pairs of
-products saturate at 16 bits, 255 * 127 * 2 being more than 32767, and 255 * 64 * 2 less; 64-bit
-Arm has kernels for int8 with int8. WebAssembly widens to 16 bits before it multiplies."""
+"""x86 processors since about 2019 multiply uint8 by int8 without loss (VNNI). On older ones a sum
+of two products saturates at 16 bits: 255 * 127 * 2 is more than 32767, 255 * 64 * 2 is less.
+64-bit Arm has kernels for int8 by int8. WebAssembly widens to 16 bits before it multiplies."""

@@ -4,15 +4,19 @@ import functools
 
 import numpy as np
 import onnx
+import onnx_ir as ir
+import onnxruntime as ort
 import pytest
 import torch
 from onnx import TensorProto
 from PIL import Image
 
-from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge_export import convert as convert_module
-from footprints_edge_export.convert import Conversion, convert
+from footprints_edge_export.convert import convert
+from footprints_edge_export.graph.editing import to_proto
+from footprints_edge_export.report import Conversion
 from footprints_edge_models.networks.edge import EdgeNetwork
+from footprints_edge_models.networks.reference import ReferenceNetwork
 
 torch.set_num_threads(1)  # small pictures: threads cost more than they give
 
@@ -69,9 +73,7 @@ def _graphs_once():
         key = (type(network).__name__, chosen, first.sum().item(), size)
         if key not in made:
             made[key] = to_graph(network, size, **how)
-        graph = onnx.ModelProto()
-        graph.CopyFrom(made[key])
-        return graph
+        return made[key].clone()
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(convert_module, "to_graph", remembered)
@@ -79,34 +81,29 @@ def _graphs_once():
 
 
 @pytest.fixture(scope="session")
+def rewritten():
+    """The function that gives what a rewrite makes of a model."""
+
+    def make(rewrite, model, *arguments):
+        graph = ir.from_proto(model)
+        rewrite(graph, *arguments)
+        return to_proto(graph)
+
+    return make
+
+
+@pytest.fixture(scope="session")
 def conversion():
     """The function that says what to make of a checkpoint, edge fp32 of any size by default."""
 
-    def make(
-        architecture="edge",
-        size=None,
-        precision="fp32",
-        calibration=(),
-        target="x86-vnni",
-        name="test",
-        licence=None,
-        training=TRAINING,
-        outputs="all",
-        scale=1,
-        focal_px=None,
-    ):
+    def make(architecture="edge", size=None, precision="fp32", calibration=(), **options):
+        defaults = {"target": "x86-vnni", "name": "test", "licence": None, "training": TRAINING}
         return Conversion(
-            architecture,
-            size,
-            precision,
-            calibration,
-            target,
-            name,
-            licence,
-            training,
-            outputs,
-            scale,
-            focal_px,
+            architecture=architecture,
+            size=size,
+            precision=precision,
+            calibration=calibration,
+            **defaults | options,
         )
 
     return make
@@ -120,6 +117,7 @@ def edge_fp32(edge_checkpoint, conversion, tmp_path_factory):
 
 
 SMALL = (64, 96)
+MIDDLE = (96, 128)
 
 
 @pytest.fixture(scope="session")
@@ -127,6 +125,22 @@ def edge_fixed(edge_checkpoint, conversion, tmp_path_factory):
     """The edge network for (64, 96)."""
     path = tmp_path_factory.mktemp("fixed") / "edge.onnx"
     return path, convert(edge_checkpoint, path, conversion(size=SMALL), overwrite=False)
+
+
+@pytest.fixture(scope="session")
+def mobile(edge_checkpoint, conversion, tmp_path_factory):
+    """The edge network for phones, float32, and its report."""
+    path = tmp_path_factory.mktemp("mobile") / "edge.onnx"
+    wanted = conversion(size=SMALL, target="mobile")
+    return path, convert(edge_checkpoint, path, wanted, overwrite=False)
+
+
+@pytest.fixture(scope="session")
+def half(edge_checkpoint, conversion, tmp_path_factory):
+    """The edge network for the web with weights in half precision, and its report."""
+    path = tmp_path_factory.mktemp("half") / "edge.onnx"
+    wanted = conversion(size=SMALL, target="web", precision="fp16")
+    return path, convert(edge_checkpoint, path, wanted, overwrite=False)
 
 
 @pytest.fixture(scope="session")
@@ -150,22 +164,8 @@ def edge_int8(request, make_int8):
     return *make_int8(request.param), request.param
 
 
-METADATA = ModelMetadata(
-    name="tiny",
-    architecture="edge",
-    precision="fp32",
-    depth_range_m=(0.1, 100.0),
-    focal_px=None,
-    resize="lanczos",
-    licence="Apache-2.0",
-    source_sha256="0" * 64,
-    producer="tests",
-    training="none",
-)
-
-
 @pytest.fixture(scope="session")
-def tiny_model():
+def tiny_model(metadata):
     """The function that makes a tiny model of the contract, for tests to bend."""
 
     def make(size=("H", "W"), bias=(0.1, 0.2, 0.3, 0.4), props=None):
@@ -186,7 +186,82 @@ def tiny_model():
         )
         opsets = [onnx.helper.make_opsetid("", 18)]
         model = onnx.helper.make_model(graph, opset_imports=opsets, ir_version=10)
-        onnx.helper.set_model_props(model, METADATA.to_props() if props is None else props)
+        onnx.helper.set_model_props(model, metadata.to_props() if props is None else props)
         return model
 
     return make
+
+
+def session(model, *, optimised=True, write=None):
+    options = ort.SessionOptions()
+    options.log_severity_level = 4
+    options.intra_op_num_threads = 1
+    if not optimised:
+        options.graph_optimization_level = ort.GraphOptimizationLevel.ORT_DISABLE_ALL
+    if write:
+        options.optimized_model_filepath = str(write)
+    return ort.InferenceSession(
+        model if isinstance(model, str) else model.SerializeToString(),
+        options,
+        providers=["CPUExecutionProvider"],
+    )
+
+
+@pytest.fixture(scope="session")
+def run():
+    """The function that gives a model's outputs for one input."""
+
+    def give(model, feed, **how):
+        given = session(model, **how)
+        return given.run(None, {given.get_inputs()[0].name: feed})
+
+    return give
+
+
+@pytest.fixture(scope="session")
+def reference_network():
+    """The reference network, untrained, its activations of unit size: maps that vary.
+
+    With torch's own first weights they shrink from layer to layer to nothing.
+    """
+    torch.manual_seed(0)
+    network = ReferenceNetwork().train()
+    for name, module in network.named_modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            module.momentum = 1.0
+        if isinstance(module, torch.nn.Conv2d) and "decoder" in name:
+            torch.nn.init.kaiming_normal_(module.weight, nonlinearity="relu")
+            torch.nn.init.normal_(module.bias, 0, 0.1)
+            if module.out_channels == 2:
+                module.weight.data *= 0.3
+    with torch.no_grad():
+        noise = torch.rand(4, 3, 12, 16)
+        network(torch.nn.functional.interpolate(noise, MIDDLE, mode="bicubic").clamp(0, 1))
+    return network.eval()
+
+
+@pytest.fixture(scope="session")
+def reference_files(reference_network, conversion, photos, tmp_path_factory):
+    """Its checkpoint, and the files of it for one size: fp32 and int8."""
+    folder = tmp_path_factory.mktemp("reference")
+    checkpoint = folder / "model.pth"
+    torch.save(reference_network.state_dict(), checkpoint)
+    made = {"checkpoint": checkpoint}
+    for precision in ("fp32", "int8"):
+        wanted = conversion(
+            "reference", MIDDLE, precision, (photos,) if precision == "int8" else ()
+        )
+        made[precision] = folder / f"{precision}.onnx"
+        convert(checkpoint, made[precision], wanted, overwrite=False)
+    return made
+
+
+@pytest.fixture
+def optimised_nodes(tmp_path):
+    """The function that gives the nodes that onnxruntime makes of a model file."""
+
+    def nodes(path):
+        session(str(path), write=tmp_path / "optimised.onnx")
+        return list(onnx.load(tmp_path / "optimised.onnx").graph.node)
+
+    return nodes

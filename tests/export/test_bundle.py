@@ -9,8 +9,8 @@ import footprints_edge
 from footprints_edge.errors import ModelError
 from footprints_edge.model_files import registry
 from footprints_edge_export.bundle import bundle
-from footprints_edge_export.convert import report_path
 from footprints_edge_export.errors import VerificationError
+from footprints_edge_export.report import report_path
 
 
 @pytest.fixture

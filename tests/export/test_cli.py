@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import footprints_edge
 from footprints_edge_export import cli
-from footprints_edge_export import convert as convert_module
+from footprints_edge_export.verification import parity
 
 
 def fp_export(*arguments):
@@ -166,7 +166,8 @@ def test_a_size_that_is_none_is_a_usage_error(main, edge_checkpoint, tmp_path, s
         *("convert", edge_checkpoint, "-o", tmp_path / "a.onnx", "--arch", "edge", "--size", size)
     )
     assert (code, out) == (2, "")
-    assert "HxW" in err or "multiples of 32" in err
+    assert "--size" in err or "multiples of 32" in err
+    assert size in err or str(tuple(map(int, size.split("x")))) in err
 
 
 def test_a_checkpoint_of_another_network_is_a_model_problem(main, edge_checkpoint, tmp_path):
@@ -201,7 +202,7 @@ def test_a_checkpoint_that_is_not_there_while_the_output_is(main, tmp_path):
 
 
 def test_a_failed_verification_is_a_model_problem(main, edge_checkpoint, tmp_path, monkeypatch):
-    monkeypatch.setattr(convert_module, "TOLERANCE", 0)
+    monkeypatch.setattr(parity, "TOLERANCE", 0)
     code, out, err = main(
         *("convert", edge_checkpoint, "-o", tmp_path / "a.onnx", "--arch", "edge"),
         *("--size", "64x96"),

@@ -14,9 +14,10 @@ from PIL import Image
 
 import footprints_edge
 from footprints_edge.errors import ModelError
-from footprints_edge_export import convert as convert_module
-from footprints_edge_export.convert import convert, report_path
+from footprints_edge_export.convert import convert
 from footprints_edge_export.errors import ExportError, VerificationError
+from footprints_edge_export.report import report_path
+from footprints_edge_export.verification import parity
 from footprints_edge_models.networks.channels import raw_to_maps
 from footprints_edge_models.networks.checkpoint import file_sha256, load_weights, read_checkpoint
 from footprints_edge_models.networks.reference import ReferenceNetwork
@@ -118,6 +119,13 @@ def test_the_files_keep_the_contract(edge_fp32):
     model = onnx.load(path)
     assert [opset.domain for opset in model.opset_import] == [""]
     assert model.opset_import[0].version >= 18
+
+
+def test_files_are_of_the_oldest_format_that_has_their_operators(edge_fixed, mobile, half):
+    for path, _ in (edge_fixed, mobile, half):
+        model = onnx.load(path)
+        assert model.ir_version == 8
+        assert [opset.version for opset in model.opset_import] == [18]
 
 
 def test_weights_may_be_for_another_camera_than_the_architectures(
@@ -282,7 +290,7 @@ def test_a_file_says_nothing_of_the_machine_that_made_it(any_file):
 
 
 def test_a_refused_result_leaves_nothing_behind(edge_checkpoint, conversion, tmp_path, monkeypatch):
-    monkeypatch.setattr(convert_module, "TOLERANCE", 0)
+    monkeypatch.setattr(parity, "TOLERANCE", 0)
     with pytest.raises(VerificationError, match=r"differs from torch.*no file was written"):
         convert(edge_checkpoint, tmp_path / "a.onnx", conversion(), overwrite=False)
     assert list(tmp_path.iterdir()) == []
@@ -290,7 +298,7 @@ def test_a_refused_result_leaves_nothing_behind(edge_checkpoint, conversion, tmp
 
 def test_a_refused_result_keeps_what_was_there(edge_checkpoint, conversion, tmp_path, monkeypatch):
     (tmp_path / "a.onnx").write_text("old")
-    monkeypatch.setattr(convert_module, "TOLERANCE", 0)
+    monkeypatch.setattr(parity, "TOLERANCE", 0)
     with pytest.raises(VerificationError):
         convert(edge_checkpoint, tmp_path / "a.onnx", conversion(), overwrite=True)
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("a.onnx", "old")]
@@ -361,6 +369,17 @@ def test_a_checkpoint_of_another_network_is_refused(edge_checkpoint, conversion,
     with pytest.raises(ModelError, match=r"not a checkpoint of ReferenceNetwork: 484 missing"):
         convert(edge_checkpoint, tmp_path / "a.onnx", conversion("reference"), overwrite=False)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_untrained_reference_weights_become_int8(photos, conversion, tmp_path):
+    """Their first batch norm folds to no bias, which the rounded zero of the image needs."""
+    torch.manual_seed(0)
+    torch.save(ReferenceNetwork().state_dict(), tmp_path / "model.pth")
+    wanted = conversion("reference", (64, 96), "int8", (photos,))
+    output = tmp_path / "a.onnx"
+    report = convert(tmp_path / "model.pth", output, wanted, overwrite=False)
+    assert max(report.fp32_to_int8["max_abs"].values()) < 0.2
+    assert plain_maps(output, noise(64, 96)).shape == (1, 4, 64, 96)
 
 
 def int8_of(folder, conversion):

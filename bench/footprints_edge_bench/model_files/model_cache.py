@@ -143,7 +143,8 @@ class ModelCache:
         ) / ("weights.pt")
 
     def _convert(self, folder: Path, network: str, size: Size | None, precision: str) -> None:
-        from footprints_edge_export.convert import Conversion, convert
+        from footprints_edge_export.convert import convert
+        from footprints_edge_export.report import Conversion
 
         if precision.endswith(STOCK):
             self._write_stock(folder, network, size, precision.removesuffix(STOCK))

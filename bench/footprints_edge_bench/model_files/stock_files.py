@@ -12,7 +12,7 @@ from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.model_files.metadata import ModelMetadata
 
 if TYPE_CHECKING:
-    import onnx
+    import onnx_ir as ir
     from torch import nn
 
 
@@ -34,16 +34,17 @@ def write_stock(
     """
     import onnx
 
+    from footprints_edge_export.graph.editing import to_proto
     from footprints_edge_export.verification.contract import set_metadata
 
     graph = stock_graph(network, metadata.precision, size, images)
     set_metadata(graph, metadata)
-    onnx.save(graph, path)
+    onnx.save(to_proto(graph), path)
 
 
 def stock_graph(
     network: "nn.Module", precision: str, size: Size | None, images: Sequence[Rgb]
-) -> "onnx.ModelProto":
+) -> "ir.Model":
     """The graph of :func:`write_stock`; precision is ``fp32`` or ``int8``."""
     from footprints_edge_export.graph.torch_export import to_graph
     from footprints_edge_export.graph.uint8_input import (

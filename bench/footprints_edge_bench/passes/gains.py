@@ -111,14 +111,15 @@ def variants(
         size: (H, W).
         images: calibration images for int8, uint8 (1, H, W, 3) each.
     """
-    from footprints_edge_export.passes.registry import PASSES, Stage
+    from footprints_edge_export.graph.editing import to_proto
+    from footprints_edge_export.passes.registry import PASSES, PassStage
 
     model = stock_graph(network, precision, size, images)
-    yield AS_EXPORTED, model
+    yield AS_EXPORTED, to_proto(model)
     for each in PASSES:
-        if each.stage in (Stage.FLOAT, Stage(precision)):
-            model = each.rewrite(model)
-            yield each.name, model
+        if each.stage in (PassStage.FLOAT, PassStage(precision)):
+            each.rewrite(model)
+            yield each.name, to_proto(model)
 
 
 def session_of(model: "onnx.ModelProto", threads: int) -> "onnxruntime.InferenceSession":

@@ -61,6 +61,7 @@ def measure_changes(
         ModelError: the checkpoint does not fit the architecture.
     """
     from footprints_edge_export.architectures import trained
+    from footprints_edge_export.graph.editing import to_proto
     from footprints_edge_export.quantization.calibration import split_photos
     from footprints_edge_export.verification.compare import compare_maps
 
@@ -72,7 +73,7 @@ def measure_changes(
     if precision == "fp32":
         graphs = {"float32": exported}
     else:
-        exact = stock_graph(network, "fp32", size, ())
+        exact = to_proto(stock_graph(network, "fp32", size, ()))
         graphs = {"float32": exact, f"{precision}, as exported": exported}
     graphs[f"{precision}, all passes"] = rewritten
     maps: dict[str, list[NDArray[np.float32]]] = {}

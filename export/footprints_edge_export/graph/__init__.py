@@ -1,1 +1,1 @@
-"""Graphs from PyTorch, and their input, weights and file format."""
+"""ONNX graphs: export from PyTorch, editing, uint8 input, fp16 weights, .ort format."""

@@ -1,4 +1,4 @@
-"""onnxruntime's own file format: what its builds without an ONNX parser read."""
+"""onnxruntime's own file format, for its builds without an ONNX parser."""
 
 import subprocess
 import sys
@@ -7,19 +7,20 @@ from pathlib import Path
 from footprints_edge_export.errors import VerificationError
 
 
-def to_ort_format(model: Path, name: str) -> tuple[bytes, str]:
-    """Convert with onnxruntime's own tool.
+def to_ort_format(model: Path, name: str) -> Path:
+    """Convert a model file with onnxruntime's own tool.
 
-    The optimisations of any 64-bit processor are done beforehand; none is for one CPU only, and
-    the result runs on x86 and in WebAssembly too.
+    The tool applies the optimisations that hold on every 64-bit processor, and none for one CPU
+    only: the result also runs on x86 and in WebAssembly.
 
     Args:
-        model: ``.onnx`` file; its folder takes the intermediate files.
-        name: of the file that it becomes, for the list.
+        model: ``.onnx`` file. The results are written beside it: ``.ort``, and
+            ``.operators.config``, the list of operators that a reduced build of onnxruntime needs
+            (``--include_ops_by_config``).
+        name: final name of the ``.ort`` file, for the list.
 
     Returns:
-        The ``.ort`` file, and the list of its operators that a reduced build of onnxruntime takes
-        (``--include_ops_by_config``).
+        Path of the ``.ort`` file.
 
     Raises:
         VerificationError: the tool fails.
@@ -37,4 +38,11 @@ def to_ort_format(model: Path, name: str) -> tuple[bytes, str]:
         raise VerificationError(f"{name} cannot be made; onnxruntime's converter says: {last}")
     operators = model.with_suffix(".required_operators.config").read_text().splitlines()
     listed = [f"# Operators of {name}", *(line for line in operators if line[:1] not in ("#", ""))]
-    return model.with_suffix(".ort").read_bytes(), "\n".join(listed) + "\n"
+    ort = model.with_suffix(".ort")
+    operators_path(ort).write_text("\n".join(listed) + "\n")
+    return ort
+
+
+def operators_path(ort: Path) -> Path:
+    """Path of the list of operators of an ``.ort`` file."""
+    return ort.with_suffix(".operators.config")

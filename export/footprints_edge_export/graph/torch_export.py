@@ -5,8 +5,9 @@ import io
 import logging
 import warnings
 
-import onnx
+import onnx_ir as ir
 import torch
+from onnx_ir.passes.common import ClearMetadataAndDocStringPass
 from torch import nn
 
 from footprints_edge_models.networks.channels import raw_to_maps
@@ -27,7 +28,7 @@ class _WithMaps(nn.Module):
 
 def to_graph(
     network: nn.Module, size: tuple[int, int] | None, *, gives_maps: bool = False
-) -> onnx.ModelProto:
+) -> ir.Model:
     """Export with batch norms folded.
 
     Args:
@@ -67,21 +68,8 @@ def to_graph(
         exporter_log.setLevel(level)
     if program is None:
         raise RuntimeError("torch.onnx.export returned no program")
-    model: onnx.ModelProto = program.model_proto
-    _forget_torch(model)
+    model: ir.Model = program.model
+    ClearMetadataAndDocStringPass()(model)  # stack traces with paths of this machine
+    for value in (*model.graph.inputs, *model.graph.outputs):
+        value.metadata_props.clear()
     return model
-
-
-def _forget_torch(model: onnx.ModelProto) -> None:
-    """Drop the exporter's notes on every node: stack traces with paths of this machine."""
-    del model.graph.value_info[:]
-    del model.metadata_props[:]
-    for part in (*model.graph.node, *model.graph.input, *model.graph.output):
-        del part.metadata_props[:]
-        part.doc_string = ""
-    for initializer in model.graph.initializer:
-        del initializer.metadata_props[:]
-        initializer.doc_string = ""
-    del model.graph.metadata_props[:]
-    model.graph.doc_string = ""
-    model.doc_string = ""

@@ -1,22 +1,27 @@
 """The front of the graph: a uint8 NHWC image in place of a float NCHW one.
 
 A network normalises its input by scalars, ``x = slope * image + offset``. That chain is read off
-the graph and said again on bytes. Where the offset is a whole number of bytes, one
-DequantizeLinear says it exactly; an int8 graph then feeds the bytes straight to its first
-convolution, with no float picture in between.
+the graph and expressed on bytes. Where the offset is a whole number of bytes, one DequantizeLinear
+expresses it exactly; an int8 graph then feeds the bytes straight to its first convolution, with no
+float image in between.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-import onnx
-from numpy.typing import NDArray
-from onnx import TensorProto, helper, numpy_helper
+import onnx_ir as ir
 
 from footprints_edge_export.errors import ExportError
+from footprints_edge_export.graph.editing import (
+    add_constant,
+    constant_input,
+    needed,
+    remove_unused,
+    set_constant,
+)
 
 NORMALISED = "image_normalised"
-"""Name of the tensor that the network proper begins with."""
+"""Name of the tensor behind the normalisation."""
 
 
 @dataclass(frozen=True)
@@ -33,12 +38,12 @@ class Normalisation:
 
     @property
     def is_whole(self) -> bool:
-        """Whether a DequantizeLinear says it to float32's precision."""
+        """Whether a DequantizeLinear expresses it to float32's precision."""
         is_near = abs(self.zero_byte - self.zero_point) < 1e-5 * 255
         return is_near and 0 <= self.zero_point <= 255
 
 
-def split_normalisation(model: onnx.ModelProto) -> Normalisation:
+def split_normalisation(model: ir.Model) -> Normalisation:
     """Cut the leading scalar arithmetic off a graph.
 
     The graph then begins with the float32 NCHW input ``image_normalised``.
@@ -47,23 +52,22 @@ def split_normalisation(model: onnx.ModelProto) -> Normalisation:
         model: with float32 input ``image`` [1, 3, H, W] in [0, 1]; changed in place.
 
     Returns:
-        What was cut off, in bytes.
+        The normalisation that was cut off, in bytes.
 
     Raises:
-        ExportError: the arithmetic does not end in a single scale and offset.
+        ExportError: the arithmetic is not a single scale and offset.
     """
-    graph = model.graph
-    constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
-    slope, offset, current = 1.0, 0.0, graph.input[0].name
+    image = model.graph.inputs[0]
+    slope, offset, current = 1.0, 0.0, image
     while True:
-        consumers = [node for node in graph.node if current in node.input]
+        consumers = current.consumers()
         if len(consumers) != 1 or consumers[0].op_type not in {"Mul", "Div", "Add", "Sub"}:
             break
         node = consumers[0]
-        other = constants.get(node.input[1])
-        if node.input[0] != current or other is None or other.size != 1:
+        other = constant_input(node, 1)
+        if node.inputs[0] is not current or other is None or other.size != 1:
             raise ExportError(f"cannot read the network's normalisation from {node.op_type}")
-        value = float(other.reshape(()))
+        value = float(other.item())
         match node.op_type:
             case "Mul":
                 slope, offset = slope * value, offset * value
@@ -73,118 +77,115 @@ def split_normalisation(model: onnx.ModelProto) -> Normalisation:
                 offset += value
             case "Sub":
                 offset -= value
-        current = node.output[0]
-        graph.node.remove(node)
-    for node in graph.node:
-        _rename_input(node, current, NORMALISED)
-    graph.input[0].name = NORMALISED
-    drop_unused_initializers(graph)
+        current = node.outputs[0]
+    if current is not image:
+        current.replace_all_uses_with(image)
+    image.name = NORMALISED
+    remove_unused(model)
     return Normalisation(slope / 255, -offset / slope * 255)
 
 
-def join_uint8_image(model: onnx.ModelProto, normalisation: Normalisation) -> None:
+def join_uint8_image(model: ir.Model, normalisation: Normalisation) -> None:
     """Give a float graph its uint8 input, in place: Transpose, then the normalisation."""
     graph = model.graph
-    _uint8_input(graph)
-    _add_constant(graph, "image_scale", np.float32(normalisation.scale))
-    front = [_transpose()]
+    normalised, front = graph.inputs[0], _Front(graph)
+    scale = add_constant(graph, "image_scale", np.float32(normalisation.scale))
     if normalisation.is_whole:
-        front.append(_dequantize(graph, "image_scale", normalisation))
+        result = front.dequantized(scale, normalisation)
     else:
-        _add_constant(graph, "image_zero", np.float32(normalisation.zero_byte))
-        front += [
-            helper.make_node("Cast", ["image_nchw"], ["image_f"], "to_float", to=TensorProto.FLOAT),
-            helper.make_node("Sub", ["image_f", "image_zero"], ["image_centred"], "centre"),
-            helper.make_node("Mul", ["image_centred", "image_scale"], [NORMALISED], "scale"),
-        ]
-    _prepend(graph, front)
+        zero = add_constant(graph, "image_zero", np.float32(normalisation.zero_byte))
+        floats = front.add("Cast", [front.planes], "image_f", "to_float", to=ir.DataType.FLOAT)
+        centred = front.add("Sub", [floats, zero], "image_centred", "centre")
+        result = front.add("Mul", [centred, scale], NORMALISED, "scale")
+    normalised.replace_all_uses_with(result)
+    front.join()
 
 
-def join_uint8_image_quantized(model: onnx.ModelProto, normalisation: Normalisation) -> None:
+def join_uint8_image_quantized(model: ir.Model, normalisation: Normalisation) -> None:
     """Give a QDQ graph its uint8 input, in place: the bytes are the first quantized tensor.
 
     The graph's own quantization of ``image_normalised`` must be that of ``normalisation`` (uint8),
     or its twin one sign bit away (int8).
     """
     graph = model.graph
-    (quantize,) = [n for n in graph.node if n.op_type == "QuantizeLinear" and NORMALISED in n.input]
-    constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
-    zero_point = constants[quantize.input[2]]
-    _uint8_input(graph)
-    front = [_transpose()]
+    normalised, front = graph.inputs[0], _Front(graph)
+    (quantize,) = [n for n in normalised.consumers() if n.op_type == "QuantizeLinear"]
+    zero_point, scale = constant_input(quantize, 2), quantize.inputs[1]
+    assert zero_point is not None
+    assert scale is not None
     if zero_point.dtype == np.uint8:
-        for node in graph.node:
-            _rename_input(node, quantize.output[0], "image_nchw")
-        graph.node.remove(quantize)
+        quantize.outputs[0].replace_all_uses_with(front.planes)
     else:
-        front.append(_dequantize(graph, quantize.input[1], normalisation))
-    _prepend(graph, front)
-    drop_unused_initializers(graph)
+        normalised.replace_all_uses_with(front.dequantized(scale, normalisation))
+    front.join()
+    remove_unused(model)
 
 
-def correct_first_bias(model: onnx.ModelProto, normalisation: Normalisation) -> None:
-    """Make up for rounding the zero byte, in the bias of the first convolution, in place.
+def correct_first_bias(model: ir.Model, normalisation: Normalisation) -> None:
+    """Compensate for rounding the zero byte, in the bias of the first convolution, in place.
 
     The convolution will see ``scale * (byte - zero_point)``, which is too large by
-    ``scale * (zero_byte - zero_point)``. Exact but for a border of the kernel's padding.
+    ``scale * (zero_byte - zero_point)``. Exact except at a border of the kernel's padding. A
+    convolution without bias gets one.
+
+    Raises:
+        ExportError: the network does not begin with a convolution.
     """
-    graph = model.graph
     shift = normalisation.scale * (normalisation.zero_byte - normalisation.zero_point)
     if normalisation.is_whole:
         return
-    initializers = {tensor.name: tensor for tensor in graph.initializer}
-    (conv,) = [node for node in graph.node if NORMALISED in node.input]
-    if conv.op_type != "Conv" or len(conv.input) < 3:
-        raise ExportError(f"the network begins with {conv.op_type}, not a convolution with bias")
-    weight = numpy_helper.to_array(initializers[conv.input[1]])
-    tensor = initializers[conv.input[2]]
-    bias: NDArray[np.float32] = numpy_helper.to_array(tensor) - shift * weight.sum(axis=(1, 2, 3))
-    tensor.CopyFrom(numpy_helper.from_array(bias.astype(np.float32), tensor.name))
+    (conv,) = model.graph.inputs[0].consumers()
+    weight, bias = constant_input(conv, 1), constant_input(conv, 2)
+    if conv.op_type != "Conv" or weight is None:
+        raise ExportError(f"int8 needs a network that begins with a Conv, not {conv.op_type}")
+    if bias is None:  # the exporter drops a bias of zeros
+        bias = np.zeros(len(weight), np.float32)
+        conv.resize_inputs(3)
+        name = f"{needed(conv.inputs[1]).name}_bias"
+        conv.replace_input_with(2, add_constant(model.graph, name, bias))
+    set_constant(conv.inputs[2], (bias - shift * weight.sum(axis=(1, 2, 3))).astype(np.float32))
 
 
-def drop_unused_initializers(graph: onnx.GraphProto) -> None:
-    """Remove constants that no node reads, in place."""
-    used = {name for node in graph.node for name in node.input}
-    kept = [tensor for tensor in graph.initializer if tensor.name in used]
-    del graph.initializer[:]
-    graph.initializer.extend(kept)
+class _Front:
+    """The nodes between the uint8 NHWC input and the network, and the graph's new signature."""
 
+    def __init__(self, graph: ir.Graph) -> None:
+        self._graph = graph
+        self._first = graph[0]
+        given, output = graph.inputs[0].shape, graph.outputs[0]
+        assert given is not None
+        assert output.shape is not None
+        height, width = (
+            side if isinstance(side, int) else name
+            for side, name in zip(given[2:], ("H", "W"), strict=True)
+        )
+        self._image = ir.val("image", ir.DataType.UINT8, [1, height, width, 3])
+        output.name, output.dtype = "maps", ir.DataType.FLOAT
+        output.shape = ir.Shape([1, output.shape[1], height, width])
+        self.planes = self.add(
+            "Transpose", [self._image], "image_nchw", "to_nchw", perm=[0, 3, 1, 2]
+        )
 
-def _uint8_input(graph: onnx.GraphProto) -> None:
-    _, _, height, width = graph.input[0].type.tensor_type.shape.dim
-    shape = [1, *(d.dim_value or name for d, name in ((height, "H"), (width, "W"))), 3]
-    del graph.input[:]
-    graph.input.append(helper.make_tensor_value_info("image", TensorProto.UINT8, shape))
-    channels = graph.output[0].type.tensor_type.shape.dim[1].dim_value
-    output = [1, channels, *shape[1:3]]
-    del graph.output[:]
-    graph.output.append(helper.make_tensor_value_info("maps", TensorProto.FLOAT, output))
+    def add(
+        self,
+        operator: str,
+        inputs: list[ir.Value],
+        output: str,
+        name: str,
+        **attributes: int | list[int],
+    ) -> ir.Value:
+        """Insert a node before the network's first."""
+        node = ir.node(operator, inputs, attributes, outputs=[ir.val(output)], name=name)
+        self._first.prepend(node)
+        return node.outputs[0]
 
+    def dequantized(self, scale: ir.Value, normalisation: Normalisation) -> ir.Value:
+        """Bytes to ``image_normalised``, with a zero point that is added to the graph."""
+        zero = np.uint8(normalisation.zero_point)
+        zero_point = add_constant(self._graph, "image_zero_point", zero)
+        inputs = [self.planes, scale, zero_point]
+        return self.add("DequantizeLinear", inputs, NORMALISED, "normalise")
 
-def _transpose() -> onnx.NodeProto:
-    return helper.make_node("Transpose", ["image"], ["image_nchw"], "to_nchw", perm=[0, 3, 1, 2])
-
-
-def _dequantize(
-    graph: onnx.GraphProto, scale_name: str, normalisation: Normalisation
-) -> onnx.NodeProto:
-    """Bytes to ``image_normalised``, with a zero point that is added to the graph."""
-    _add_constant(graph, "image_zero_point", np.uint8(normalisation.zero_point))
-    inputs = ["image_nchw", scale_name, "image_zero_point"]
-    return helper.make_node("DequantizeLinear", inputs, [NORMALISED], "normalise")
-
-
-def _add_constant(graph: onnx.GraphProto, name: str, value: np.float32 | np.uint8) -> None:
-    graph.initializer.append(numpy_helper.from_array(np.array(value), name))
-
-
-def _prepend(graph: onnx.GraphProto, front: list[onnx.NodeProto]) -> None:
-    nodes = [*front, *graph.node]
-    del graph.node[:]
-    graph.node.extend(nodes)
-
-
-def _rename_input(node: onnx.NodeProto, old: str, new: str) -> None:
-    for index, name in enumerate(node.input):
-        if name == old:
-            node.input[index] = new
+    def join(self) -> None:
+        """Make ``image`` the graph's input."""
+        self._graph.inputs[:] = [self._image]

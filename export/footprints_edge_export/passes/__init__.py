@@ -1,5 +1,5 @@
 """Rewrites of a graph that make it faster and leave its maps as they are, one a file.
 
-Each is a function from model to model that leaves what it was given unchanged. ``registry.PASSES``
-lists them in the order in which they are applied.
+Each is a function that changes a model in place. ``registry.PASSES`` lists them in the order in
+which they are applied.
 """

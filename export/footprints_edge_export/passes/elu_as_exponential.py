@@ -9,33 +9,21 @@ Bound: a few float32 roundings, 1e-6. No number overflows, since only min(x, 0) 
 """
 
 import numpy as np
-import onnx
-from onnx import helper
+import onnx_ir as ir
 
-from footprints_edge_export.passes.rewriting import add_constant, attribute, copied, tidied
+from footprints_edge_export.graph.editing import NewNodes, add_constant, replace_node
 
 
-def elu_as_exponential(model: onnx.ModelProto) -> onnx.ModelProto:
-    """Rewrite every Elu with alpha 1 of a float32 graph; see the module.
-
-    Returns:
-        A new model; ``model`` is unchanged.
-    """
-    model = copied(model)
-    graph = model.graph
-    for elu in [node for node in graph.node if node.op_type == "Elu"]:
-        if attribute(elu, "alpha", 1.0) != 1.0:
+def elu_as_exponential(model: ir.Model) -> None:
+    """Rewrite every Elu with alpha 1 of a float32 graph, in place; see the module."""
+    for elu in [node for node in model.graph if node.op_type == "Elu"]:
+        if elu.attributes.get_float("alpha", 1.0) != 1.0:
             continue
-        x, name = elu.input[0], elu.output[0]
-        zero = add_constant(graph, "elu/zero", np.array(0, np.float32))
-        less_one = add_constant(graph, "elu/less_one", np.array(-1, np.float32))
-        least, raised, negative = f"{name}/least", f"{name}/raised", f"{name}/negative"
-        graph.node.extend(
-            [
-                helper.make_node("Clip", [x, "", zero], [least], least),
-                helper.make_node("Exp", [least], [raised], raised),
-                helper.make_node("Add", [raised, less_one], [negative], negative),
-            ]
-        )
-        elu.CopyFrom(helper.make_node("Max", [x, negative], [name], elu.name))
-    return tidied(model)
+        x = elu.inputs[0]
+        zero = add_constant(model.graph, "elu/zero", np.float32(0))
+        less_one = add_constant(model.graph, "elu/less_one", np.float32(-1))
+        new = NewNodes(elu, str(elu.outputs[0].name))
+        least = new.add("Clip", [x, None, zero], "least")
+        raised = new.add("Exp", [least], "raised")
+        negative = new.add("Add", [raised, less_one], "negative")
+        replace_node(elu, new.add("Max", [x, negative], "max"), elu.name)

@@ -17,45 +17,38 @@ less than a step of the result, the float ELU stays.
 import math
 
 import numpy as np
-import onnx
-from onnx import helper
+import onnx_ir as ir
 
-from footprints_edge_export.passes.rewriting import (
-    Links,
+from footprints_edge_export.graph.editing import (
+    NewNodes,
     Quantization,
     add_constant,
-    attribute,
-    copied,
-    links,
-    tidied,
+    producer_of_input,
+    quantization,
+    remove_unused,
 )
 
 _LARGEST_K = 6.0
-"""More makes the exponential no better, and sigmoid(-k) small against its table's rounding."""
+"""A larger k makes the exponential no better, and sigmoid(-k) small beside its table's steps."""
 
 
-def elu_on_bytes(model: onnx.ModelProto) -> onnx.ModelProto:
-    """Rewrite a QDQ graph; see the module.
+def elu_on_bytes(model: ir.Model) -> None:
+    """Rewrite a QDQ graph in place; see the module.
 
     Args:
         model: any graph; what does not fit the pattern stays.
-
-    Returns:
-        A new model; ``model`` is unchanged.
     """
-    model = copied(model)
-    linked = links(model.graph)
-    for elu in [node for node in model.graph.node if node.op_type == "Elu"]:
-        dequantize = linked.makers.get(elu.input[0])
+    for elu in [node for node in model.graph if node.op_type == "Elu"]:
+        dequantize = producer_of_input(elu, 0)
         if dequantize is None or dequantize.op_type != "DequantizeLinear":
             continue
-        before = linked.quantization(dequantize)
-        if before is None or attribute(elu, "alpha", 1.0) != 1.0:
+        before = quantization(dequantize)
+        if before is None or elu.attributes.get_float("alpha", 1.0) != 1.0:
             continue
-        for quantize in linked.readers.get(elu.output[0], []):
+        for quantize in elu.outputs[0].consumers():
             if quantize.op_type == "QuantizeLinear":
-                _replace(model.graph, linked, (dequantize, before), quantize)
-    return tidied(model)
+                _replace_input(model.graph, dequantize, before, quantize)
+    remove_unused(model)
 
 
 def _shift(before: Quantization, after: Quantization) -> int | None:
@@ -66,46 +59,38 @@ def _shift(before: Quantization, after: Quantization) -> int | None:
     return shift if error < after.scale else None
 
 
-def _replace(
-    graph: onnx.GraphProto,
-    linked: Links,
-    source: tuple[onnx.NodeProto, Quantization],
-    quantize: onnx.NodeProto,
+def _replace_input(
+    graph: ir.Graph, dequantize: ir.Node, before: Quantization, quantize: ir.Node
 ) -> None:
-    """Compute what ``quantize`` gave from the codes that ``source`` dequantizes, in place."""
-    dequantize, before = source
-    after = linked.quantization(quantize)
+    """Compute what ``quantize`` reads from the codes that ``dequantize`` reads, in place."""
+    after = quantization(quantize)
     if after is None or before.dtype != after.dtype:
         return
     shift = _shift(before, after)
     if shift is None:
         return
     code = before.dtype.type
-    name, codes = quantize.output[0], dequantize.input[0]
+    name = str(quantize.outputs[0].name)
+    codes, scale, zero_point = dequantize.inputs
     sigmoid_at_zero = 1 / (1 + math.exp(shift * before.scale))
 
-    def constant(what: str, value: float | int, kind: type[np.generic]) -> str:
+    def constant(what: str, value: float | int, kind: type[np.generic]) -> ir.Value:
         return add_constant(graph, f"{name}/{what}", np.array(value, kind))
 
-    def node(operator: str, inputs: list[str], what: str) -> str:
-        output = f"{name}/{what}"
-        graph.node.append(helper.make_node(operator, inputs, [output], name=output))
-        return output
-
-    scale, zero_point = dequantize.input[1:3]
+    new = NewNodes(quantize, name)
     moved = constant("moved_zero_point", before.zero_point + shift, code)
-    shifted = node("DequantizeLinear", [codes, scale, moved], "shifted")
-    sigmoid = node("Sigmoid", [shifted], "sigmoid")
+    shifted = new.add("DequantizeLinear", [codes, scale, moved], "shifted")
+    sigmoid = new.add("Sigmoid", [shifted], "sigmoid")
     saturating = [
         constant("sigmoid_scale", sigmoid_at_zero / 255, np.float32),
         constant("lowest", before.lowest, code),
     ]
-    exponential = node("QuantizeLinear", [sigmoid, *saturating], "exponential")
+    exponential = new.add("QuantizeLinear", [sigmoid, *saturating], "exponential")
     less_one = [
         constant("exponential_scale", 1 / 255, np.float32),
         constant("highest", before.highest, code),
     ]
-    negative = node("DequantizeLinear", [exponential, *less_one], "negative")
-    clipped = node("Clip", [codes, zero_point], "clipped")
-    positive = node("DequantizeLinear", [clipped, scale, zero_point], "positive")
-    quantize.input[0] = node("Add", [positive, negative], "sum")
+    negative = new.add("DequantizeLinear", [exponential, *less_one], "negative")
+    clipped = new.add("Clip", [codes, zero_point], "clipped")
+    positive = new.add("DequantizeLinear", [clipped, scale, zero_point], "positive")
+    quantize.replace_input_with(0, new.add("Add", [positive, negative], "sum"))

@@ -11,94 +11,80 @@ Bound: float32 roundings, 1e-5 of the largest sum. Only for maps of even sides.
 """
 
 import numpy as np
-import onnx
-from onnx import helper
+import onnx_ir as ir
+from onnx_ir.passes.common import ShapeInferencePass
 
-from footprints_edge_export.passes.rewriting import (
-    Links,
+from footprints_edge_export.graph.editing import (
+    NewNodes,
     add_constant,
-    attribute,
-    copied,
-    links,
-    tidied,
+    constant_input,
+    remove_unused,
+    replace_node,
 )
 
 _MOST_OUTPUTS = 4
 
 
-def few_outputs_by_blocks(model: onnx.ModelProto) -> onnx.ModelProto:
-    """Rewrite the heads of a float32 graph; see the module.
+def few_outputs_by_blocks(model: ir.Model) -> None:
+    """Rewrite the heads of a float32 graph, in place; see the module.
 
     Args:
-        model: any graph; convolutions of other kinds stay, and such of a map with a side that is
-            known to be odd. Sides that are free must be even.
-
-    Returns:
-        A new model; ``model`` is unchanged.
+        model: any graph; convolutions of other kinds stay, as do those of a map with a side that
+            is known to be odd. Sides that are free must be even.
     """
-    model = copied(model)
-    graph = model.graph
-    linked = links(graph)
-    inferred = onnx.shape_inference.infer_shapes(model).graph
-    shapes = {
-        value.name: [dim.dim_value for dim in value.type.tensor_type.shape.dim]
-        for value in (*inferred.value_info, *inferred.output)
-    }
-    for node in [node for node in graph.node if _is_head(node, linked)]:
-        shape = shapes.get(node.output[0])
-        if shape is not None and len(shape) == 4 and not any(side % 2 for side in shape[2:]):
-            _compute_by_blocks(graph, linked, node)
-    return tidied(model)
+    ShapeInferencePass()(model)
+    for node in [node for node in model.graph if _is_head(node)]:
+        shape = node.outputs[0].shape
+        if shape is None or len(shape) != 4:
+            continue
+        if not any(isinstance(side, int) and side % 2 for side in (shape[2], shape[3])):
+            _compute_by_blocks(model.graph, node)
+    remove_unused(model)
 
 
-def _is_head(node: onnx.NodeProto, linked: Links) -> bool:
+def _is_head(node: ir.Node) -> bool:
     if node.op_type != "Conv":
         return False
-    weight = linked.constant(node.input[1])
-    bias = linked.constant(node.input[2]) if len(node.input) > 2 else None
+    weight = constant_input(node, 1)
+    ones = (
+        node.attributes.get_ints("strides", [1, 1]),
+        node.attributes.get_ints("dilations", [1, 1]),
+    )
     return (
         weight is not None
         and weight.ndim == 4
         and weight.dtype == np.float32
         and weight.shape[0] <= _MOST_OUTPUTS
-        and (len(node.input) == 2 or bias is not None)
-        and attribute(node, "group", 1) == 1
-        and attribute(node, "auto_pad", "NOTSET") == "NOTSET"
-        and all(attribute(node, name, [1, 1]) == [1, 1] for name in ("strides", "dilations"))
+        and (len(node.inputs) == 2 or constant_input(node, 2) is not None)
+        and node.attributes.get_int("group", 1) == 1
+        and node.attributes.get_string("auto_pad", "NOTSET") == "NOTSET"
+        and all(list(each) == [1, 1] for each in ones)
     )
 
 
-def _compute_by_blocks(graph: onnx.GraphProto, linked: Links, conv: onnx.NodeProto) -> None:
+def _compute_by_blocks(graph: ir.Graph, conv: ir.Node) -> None:
     """Turn a convolution into one of whole blocks and a DepthToSpace, in place."""
-    weight = linked.constant(conv.input[1])
+    weight, bias = constant_input(conv, 1), constant_input(conv, 2)
     assert weight is not None
     outputs, inputs, height, width = weight.shape
     blocks = np.zeros((2, 2, outputs, inputs, height + 1, width + 1), np.float32)
     for row in range(2):
         for column in range(2):
             blocks[row, column, :, :, row : row + height, column : column + width] = weight
-    name = conv.output[0]
-    constants = [
-        add_constant(
-            graph, f"{name}/weight", blocks.reshape(4 * outputs, inputs, *blocks.shape[4:])
-        )
-    ]
-    if len(conv.input) > 2:
-        bias = linked.constant(conv.input[2])
-        assert bias is not None
+    name = str(conv.outputs[0].name)
+    kernel = blocks.reshape(4 * outputs, inputs, *blocks.shape[4:])
+    constants = [add_constant(graph, f"{name}/weight", kernel)]
+    if bias is not None:
         constants.append(add_constant(graph, f"{name}/bias", np.tile(bias, 4)))
-    together = f"{name}/blocks"
-    graph.node.append(
-        helper.make_node(
-            "Conv",
-            [conv.input[0], *constants],
-            [together],
-            conv.name,
-            kernel_shape=[height + 1, width + 1],
-            strides=[2, 2],
-            pads=attribute(conv, "pads", [0, 0, 0, 0]),
-        )
+    new = NewNodes(conv, name)
+    blocks_of_pixels = new.add(
+        "Conv",
+        [conv.inputs[0], *constants],
+        "blocks",
+        node_name=conv.name,
+        kernel_shape=[height + 1, width + 1],
+        strides=[2, 2],
+        pads=conv.attributes.get_ints("pads", [0, 0, 0, 0]),
     )
-    conv.CopyFrom(
-        helper.make_node("DepthToSpace", [together], [name], f"{name}/pixels", blocksize=2)
-    )
+    pixels = new.add("DepthToSpace", [blocks_of_pixels], "pixels", blocksize=2)
+    replace_node(conv, pixels, f"{name}/pixels")

@@ -11,91 +11,67 @@ quantized at four times its size.
 Bound: exact. Both operators copy values, and quantizing is by value.
 """
 
-import onnx
-from onnx import helper
+import onnx_ir as ir
 
-from footprints_edge_export.passes.rewriting import (
-    Links,
-    Quantization,
-    attribute,
-    copied,
-    links,
-    tidied,
-)
+from footprints_edge_export.graph.editing import NewNodes, needed, quantization, remove_unused
 
 
-def pad_and_resize_on_bytes(model: onnx.ModelProto) -> onnx.ModelProto:
-    """Rewrite a QDQ graph; see the module.
+def pad_and_resize_on_bytes(model: ir.Model) -> None:
+    """Rewrite a QDQ graph in place; see the module.
 
     Args:
         model: any graph; what does not fit the pattern stays.
-
-    Returns:
-        A new model; ``model`` is unchanged.
     """
-    model = copied(model)
-    while _move_one(model.graph):
-        pass
-    return tidied(model)
+    for node in reversed(list(model.graph)):  # what reads a map before what makes it
+        quantizes = _quantizations_after(node)
+        if quantizes:
+            _quantize_before(node, quantizes)
+    remove_unused(model)
 
 
-def _move_one(graph: onnx.GraphProto) -> bool:
-    """Whether there was a Pad or Resize to rewrite; it has been, in place."""
-    linked = links(graph)
-    for node in graph.node:
-        found = _quantization_after(node, linked)
-        if found is None:
-            continue
-        quantize, quantization = found
-        source = node.input[0]
-        maker = linked.makers.get(source)
-        if (
-            maker is not None
-            and maker.op_type == "DequantizeLinear"
-            and linked.quantization(maker) == quantization
-        ):
-            codes = maker.input[0]
-        else:
-            codes = f"{source}/codes_for/{quantize.output[0]}"
-            graph.node.append(
-                helper.make_node(
-                    "QuantizeLinear", [source, *quantize.input[1:]], [codes], name=codes
-                )
-            )
-        node.input[0] = codes
-        moved = f"{node.output[0]}/codes"
-        for reader in linked.readers[node.output[0]]:
-            for code_reader in linked.readers.get(reader.output[0], []):
-                for index, name in enumerate(code_reader.input):
-                    if name == reader.output[0]:
-                        code_reader.input[index] = moved
-        node.output[0] = moved
-        return True
-    return False
+def _quantize_before(node: ir.Node, quantizes: list[ir.Node]) -> None:
+    """Let a Pad or Resize work on codes instead of floats, in place.
 
-
-def _quantization_after(
-    node: onnx.NodeProto, linked: Links
-) -> tuple[onnx.NodeProto, Quantization] | None:
-    """The QuantizeLinear that is all that reads a Pad or Resize, and what it does."""
-    if not _copies_values(node) or node.output[0] in linked.results:
-        return None
-    readers = linked.readers.get(node.output[0], [])
-    kinds = {linked.quantization(reader) for reader in readers}
-    if len(kinds) != 1 or any(
-        reader.op_type != "QuantizeLinear" or reader.output[0] in linked.results
-        for reader in readers
+    Args:
+        node: the Pad or Resize.
+        quantizes: the QuantizeLinears that read it, all of one quantization.
+    """
+    source, result = needed(node.inputs[0]), node.outputs[0]
+    maker = source.producer()
+    if (
+        maker is not None
+        and maker.op_type == "DequantizeLinear"
+        and quantization(maker) == quantization(quantizes[0])
     ):
-        return None
-    (quantization,) = kinds
-    return None if quantization is None else (readers[0], quantization)
+        codes = maker.inputs[0]
+    else:
+        name = f"codes_for/{quantizes[0].outputs[0].name}"
+        parameters = quantizes[0].inputs[1:]
+        codes = NewNodes(node, str(source.name)).add("QuantizeLinear", [source, *parameters], name)
+    node.replace_input_with(0, codes)
+    for quantize in quantizes:
+        quantize.outputs[0].replace_all_uses_with(result)
+    result.name = f"{result.name}/codes"
+    result.type = None  # it was float
 
 
-def _copies_values(node: onnx.NodeProto) -> bool:
-    if node.op_type == "Pad":
-        return attribute(node, "mode", "constant") in {"reflect", "edge"}
-    return (
-        node.op_type == "Resize"
-        and attribute(node, "mode", "nearest") == "nearest"
-        and attribute(node, "coordinate_transformation_mode", "half_pixel") != "tf_crop_and_resize"
+def _quantizations_after(node: ir.Node) -> list[ir.Node]:
+    """The QuantizeLinears that are all that reads a Pad or Resize, if they do the same."""
+    if not _copies_values(node) or node.outputs[0].is_graph_output():
+        return []
+    readers = list(node.outputs[0].consumers())
+    kinds = {quantization(reader) for reader in readers}
+    is_same = len(kinds) == 1 and None not in kinds
+    are_quantizing = all(
+        reader.op_type == "QuantizeLinear" and not reader.outputs[0].is_graph_output()
+        for reader in readers
     )
+    return readers if is_same and are_quantizing else []
+
+
+def _copies_values(node: ir.Node) -> bool:
+    if node.op_type == "Pad":
+        return node.attributes.get_string("mode", "constant") in {"reflect", "edge"}
+    mode = node.attributes.get_string("mode", "nearest")
+    mapping = node.attributes.get_string("coordinate_transformation_mode", "half_pixel")
+    return node.op_type == "Resize" and mode == "nearest" and mapping != "tf_crop_and_resize"

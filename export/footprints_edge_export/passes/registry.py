@@ -1,10 +1,10 @@
-"""All passes, in order, and where in a conversion each belongs. To add one, add its row."""
+"""All passes, in order, each with its stage of a conversion. To add one, add its row."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-import onnx
+import onnx_ir as ir
 
 from footprints_edge_export.passes.elu_as_exponential import elu_as_exponential
 from footprints_edge_export.passes.elu_on_bytes import elu_on_bytes
@@ -14,13 +14,13 @@ from footprints_edge_export.passes.upsample_by_expanding import upsample_by_expa
 from footprints_edge_export.passes.upsample_rows_in_convolution import upsample_rows_in_convolution
 
 
-class Stage(StrEnum):
-    """Of a conversion.
+class PassStage(StrEnum):
+    """Stage of a conversion.
 
     Attributes:
-        FLOAT: the exported graph, of which both the float and the int8 file are made.
-        FP32: the float file.
-        INT8: the QDQ file.
+        FLOAT: the exported graph, from which both the float and the int8 file are made.
+        FP32: the graph of the float file.
+        INT8: the QDQ graph of the int8 file.
     """
 
     FLOAT = "float"
@@ -30,36 +30,29 @@ class Stage(StrEnum):
 
 @dataclass(frozen=True)
 class Pass:
-    """A rewrite and where it belongs."""
+    """A rewrite and the stage it belongs to."""
 
-    rewrite: Callable[[onnx.ModelProto], onnx.ModelProto]
-    stage: Stage
+    rewrite: Callable[[ir.Model], None]
+    stage: PassStage
 
     @property
     def name(self) -> str:
-        """Of its function and its file."""
+        """Name of its function and of its file."""
         return self.rewrite.__name__
 
 
 PASSES = (
-    Pass(few_outputs_by_blocks, Stage.FLOAT),
-    Pass(upsample_rows_in_convolution, Stage.FP32),
-    Pass(elu_as_exponential, Stage.FP32),
-    Pass(pad_and_resize_on_bytes, Stage.INT8),
-    Pass(elu_on_bytes, Stage.INT8),
-    Pass(upsample_by_expanding, Stage.INT8),
+    Pass(few_outputs_by_blocks, PassStage.FLOAT),
+    Pass(upsample_rows_in_convolution, PassStage.FP32),
+    Pass(elu_as_exponential, PassStage.FP32),
+    Pass(pad_and_resize_on_bytes, PassStage.INT8),
+    Pass(elu_on_bytes, PassStage.INT8),
+    Pass(upsample_by_expanding, PassStage.INT8),
 )
 
 
-def apply_passes(
-    model: onnx.ModelProto, stage: Stage, passes: Sequence[Pass] = PASSES
-) -> onnx.ModelProto:
-    """Apply those passes that belong to a stage, in order.
-
-    Returns:
-        A new model, or ``model`` itself where none does.
-    """
+def apply_passes(model: ir.Model, stage: PassStage, passes: Sequence[Pass] = PASSES) -> None:
+    """Apply the passes of a stage, in order and in place."""
     for each in passes:
         if each.stage == stage:
-            model = each.rewrite(model)
-    return model
+            each.rewrite(model)

@@ -10,69 +10,58 @@ Bound: exact.
 """
 
 import numpy as np
-import onnx
-from onnx import helper
+import onnx_ir as ir
 
-from footprints_edge_export.passes.rewriting import (
-    Links,
+from footprints_edge_export.graph.editing import (
+    NewNodes,
     add_constant,
-    attribute,
-    copied,
-    links,
-    tidied,
+    constant_input,
+    producer_of_input,
+    remove_unused,
+    replace_node,
 )
 
 
-def upsample_by_expanding(model: onnx.ModelProto) -> onnx.ModelProto:
-    """Rewrite a QDQ graph in which Resize works on codes; see the module.
+def upsample_by_expanding(model: ir.Model) -> None:
+    """Rewrite a QDQ graph in which Resize works on codes, in place; see the module.
 
     Args:
         model: from :func:`pad_and_resize_on_bytes`; what does not fit the pattern stays.
-
-    Returns:
-        A new model; ``model`` is unchanged.
     """
-    model = copied(model)
-    graph = model.graph
-    linked = links(graph)
-    for resize in [node for node in graph.node if _doubles_codes(node, linked)]:
-        _expand(graph, resize)
-    return tidied(model)
+    for resize in [node for node in model.graph if _doubles_codes(node)]:
+        _expand(model.graph, resize)
+    remove_unused(model)
 
 
-def _doubles_codes(node: onnx.NodeProto, linked: Links) -> bool:
-    if node.op_type != "Resize" or len(node.input) != 3:
+def doubles_nearest(node: ir.Node) -> bool:
+    """Whether a node is a Resize that repeats every row and column of a map."""
+    if node.op_type != "Resize" or len(node.inputs) != 3:
         return False
-    maker = linked.makers.get(node.input[0])
-    scales = linked.constant(node.input[2])
+    scales, attributes = constant_input(node, 2), node.attributes
     return (
-        maker is not None
-        and maker.op_type == "QuantizeLinear"
-        and scales is not None
+        scales is not None
         and scales.tolist() == [1, 1, 2, 2]
-        and attribute(node, "mode", "nearest") == "nearest"
-        and attribute(node, "nearest_mode", "round_prefer_floor") == "floor"
-        and attribute(node, "coordinate_transformation_mode", "half_pixel") == "asymmetric"
+        and attributes.get_string("mode", "nearest") == "nearest"
+        and attributes.get_string("nearest_mode", "round_prefer_floor") == "floor"
+        and attributes.get_string("coordinate_transformation_mode", "half_pixel") == "asymmetric"
     )
 
 
-def _expand(graph: onnx.GraphProto, resize: onnx.NodeProto) -> None:
+def _doubles_codes(node: ir.Node) -> bool:
+    maker = producer_of_input(node, 0)
+    return maker is not None and maker.op_type == "QuantizeLinear" and doubles_nearest(node)
+
+
+def _expand(graph: ir.Graph, resize: ir.Node) -> None:
     """Turn a Resize into its five operators and two on its shape, in place."""
-    name = resize.output[0]
-    pixels, small, spread = f"{name}/pixels", f"{name}/small", f"{name}/spread"
-    shape, doubled, large = f"{name}/shape", f"{name}/doubled", f"{name}/large"
     between = add_constant(graph, "upsample/axes", np.array([2, 4], np.int64))
     twice = add_constant(graph, "upsample/twice", np.array([1, 1, 2, 1, 2, 1], np.int64))
     factors = add_constant(graph, "upsample/factors", np.array([1, 2, 2, 1], np.int64))
-    make = helper.make_node
-    graph.node.extend(
-        [
-            make("Transpose", [resize.input[0]], [pixels], pixels, perm=[0, 2, 3, 1]),
-            make("Shape", [pixels], [shape], shape),
-            make("Mul", [shape, factors], [doubled], doubled),
-            make("Unsqueeze", [pixels, between], [small], small),
-            make("Expand", [small, twice], [spread], spread),
-            make("Reshape", [spread, doubled], [large], large),
-        ]
-    )
-    resize.CopyFrom(make("Transpose", [large], [name], resize.name, perm=[0, 3, 1, 2]))
+    new = NewNodes(resize, str(resize.outputs[0].name))
+    pixels = new.add("Transpose", [resize.inputs[0]], "pixels", perm=[0, 2, 3, 1])
+    shape = new.add("Shape", [pixels], "shape")
+    doubled = new.add("Mul", [shape, factors], "doubled")
+    small = new.add("Unsqueeze", [pixels, between], "small")
+    spread = new.add("Expand", [small, twice], "spread")
+    large = new.add("Reshape", [spread, doubled], "large")
+    replace_node(resize, new.add("Transpose", [large], "planes", perm=[0, 3, 1, 2]), resize.name)

@@ -14,39 +14,32 @@ Bound: float32 roundings, 1e-5 of the largest sum. Exact at the border too: a do
 reflected, repeats its outermost pixel, as the edge Pad does.
 """
 
-from typing import Any
-
 import numpy as np
-import onnx
+import onnx_ir as ir
 from numpy.typing import NDArray
-from onnx import helper
 
-from footprints_edge_export.passes.rewriting import (
-    Links,
+from footprints_edge_export.graph.editing import (
+    NewNodes,
     add_constant,
-    attribute,
-    copied,
-    links,
-    tidied,
+    constant_input,
+    producer_of_input,
+    remove_unused,
+    replace_node,
 )
+from footprints_edge_export.passes.upsample_by_expanding import doubles_nearest
 
 
-def upsample_rows_in_convolution(model: onnx.ModelProto) -> onnx.ModelProto:
-    """Rewrite a float32 graph; see the module.
+def upsample_rows_in_convolution(model: ir.Model) -> None:
+    """Rewrite a float32 graph in place; see the module.
 
     Args:
         model: any graph; what does not fit the pattern stays.
-
-    Returns:
-        A new model; ``model`` is unchanged.
     """
-    model = copied(model)
-    linked = links(model.graph)
-    for conv in [node for node in model.graph.node if node.op_type == "Conv"]:
-        source = _doubled_by(conv, linked)
+    for conv in [node for node in model.graph if node.op_type == "Conv"]:
+        source = _doubled_by(conv)
         if source is not None:
-            _convolve_rows(model.graph, linked, conv, source)
-    return tidied(model)
+            _convolve_rows(model.graph, conv, source)
+    remove_unused(model)
 
 
 def row_kernels(weight: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -61,88 +54,72 @@ def row_kernels(weight: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.stack([odd, even])
 
 
-def _doubled_by(conv: onnx.NodeProto, linked: Links) -> str | None:
-    """The small map whose double a convolution sees, if it is of the pattern."""
-    weight = linked.constant(conv.input[1])
-    pad = linked.makers.get(conv.input[0])
+def _doubled_by(conv: ir.Node) -> ir.Value | None:
+    """The small map whose double a convolution sees; None if it does not fit the pattern."""
+    weight, attributes = constant_input(conv, 1), conv.attributes
+    pad = producer_of_input(conv, 0)
     if (
         weight is None
         or weight.shape[2:] != (3, 3)
-        or (len(conv.input) > 2 and linked.constant(conv.input[2]) is None)
-        or attribute(conv, "group", 1) != 1
-        or attribute(conv, "auto_pad", "NOTSET") != "NOTSET"
-        or attribute(conv, "pads", [0] * 4) != [0] * 4
-        or any(attribute(conv, name, [1, 1]) != [1, 1] for name in ("strides", "dilations"))
+        or (len(conv.inputs) > 2 and constant_input(conv, 2) is None)
+        or attributes.get_int("group", 1) != 1
+        or attributes.get_string("auto_pad", "NOTSET") != "NOTSET"
+        or any(attributes.get_ints("pads", [0] * 4))
+        or any(side != 1 for side in attributes.get_ints("strides", [1, 1]))
+        or any(side != 1 for side in attributes.get_ints("dilations", [1, 1]))
         or pad is None
         or pad.op_type != "Pad"
-        or attribute(pad, "mode", "constant") != "reflect"
-        or len(pad.input) != 2
+        or pad.attributes.get_string("mode", "constant") != "reflect"
+        or len(pad.inputs) != 2
     ):
         return None
-    pads, resize = linked.constant(pad.input[1]), linked.makers.get(pad.input[0])
-    if (
-        pads is None
-        or pads.tolist() != [0, 0, 1, 1, 0, 0, 1, 1]
-        or resize is None
-        or resize.op_type != "Resize"
-        or len(resize.input) != 3
-        or attribute(resize, "mode", "nearest") != "nearest"
-        or attribute(resize, "nearest_mode", "round_prefer_floor") != "floor"
-        or attribute(resize, "coordinate_transformation_mode", "half_pixel") != "asymmetric"
-    ):
+    pads, resize = constant_input(pad, 1), producer_of_input(pad, 0)
+    if pads is None or pads.tolist() != [0, 0, 1, 1, 0, 0, 1, 1]:
         return None
-    scales = linked.constant(resize.input[2])
-    doubles = scales is not None and scales.tolist() == [1, 1, 2, 2]
-    return resize.input[0] if doubles else None
+    return resize.inputs[0] if resize is not None and doubles_nearest(resize) else None
 
 
-def _convolve_rows(
-    graph: onnx.GraphProto, linked: Links, conv: onnx.NodeProto, source: str
-) -> None:
+def _convolve_rows(graph: ir.Graph, conv: ir.Node, source: ir.Value) -> None:
     """Turn a convolution of a doubled map into one of a map doubled in width only, in place."""
-    weight = linked.constant(conv.input[1])
+    weight, bias = constant_input(conv, 1), constant_input(conv, 2)
     assert weight is not None
-    name, outputs = conv.output[0], weight.shape[0]
-    readers = linked.readers.get(name, [])
-    is_bent = len(readers) == 1 and readers[0].op_type == "Elu" and name not in linked.results
-    end = readers[0] if is_bent else conv
+    name, outputs = str(conv.outputs[0].name), weight.shape[0]
+    readers = conv.outputs[0].consumers()
+    has_elu = (
+        len(readers) == 1 and readers[0].op_type == "Elu" and not conv.outputs[0].is_graph_output()
+    )
+    end = readers[0] if has_elu else conv
+    new = NewNodes(end, name)
 
-    def constant(what: str, values: list[int]) -> str:
+    def constant(what: str, values: list[int]) -> ir.Value:
         return add_constant(graph, f"rows/{what}", np.array(values, np.int64))
-
-    def node(operator: str, inputs: list[str], what: str, **attributes: Any) -> str:  # noqa: ANN401
-        output = f"{name}/{what}"
-        graph.node.append(helper.make_node(operator, inputs, [output], output, **attributes))
-        return output
 
     kernels = row_kernels(weight.astype(np.float32))
     constants = [add_constant(graph, f"{name}/weight", kernels.reshape(-1, *kernels.shape[2:]))]
-    if len(conv.input) > 2:
-        bias = linked.constant(conv.input[2])
-        assert bias is not None
+    if bias is not None:
         constants.append(add_constant(graph, f"{name}/bias", np.tile(bias, 2)))
     by_two = add_constant(graph, "rows/wider", np.array([1, 1, 1, 2], np.float32))
-    wide = node(
+    wide = new.add(
         "Resize",
-        [source, "", by_two],
+        [source, None, by_two],
         "wide",
         mode="nearest",
         nearest_mode="floor",
         coordinate_transformation_mode="asymmetric",
     )
-    padded = node("Pad", [wide, constant("pads", [0, 0, 1, 1, 0, 0, 1, 1])], "padded", mode="edge")
-    pairs = node("Conv", [padded, *constants], "pairs", kernel_shape=[2, 3])
-    if is_bent:
-        pairs = node("Elu", [pairs], "bent", alpha=attribute(end, "alpha", 1.0))
-    sides = node("Shape", [pairs], "sides", start=2)
-    split = node("Concat", [constant(f"of_{outputs}", [0, 2, outputs]), sides], "split", axis=0)
-    apart = node("Reshape", [pairs, split], "apart")
-    beside = node("Transpose", [apart], "beside", perm=[0, 2, 3, 1, 4])
-    width = node("Shape", [pairs], "width", start=3)
-    joined = node("Concat", [constant("join", [0, 0, -1]), width], "joined", axis=0)
-    rows = node("Reshape", [beside, joined], "rows")
+    border = constant("pads", [0, 0, 1, 1, 0, 0, 1, 1])
+    padded = new.add("Pad", [wide, border], "padded", mode="edge")
+    pairs = new.add("Conv", [padded, *constants], "pairs", kernel_shape=[2, 3])
+    if has_elu:
+        pairs = new.add("Elu", [pairs], "bent", alpha=end.attributes.get_float("alpha", 1.0))
+    sides = new.add("Shape", [pairs], "sides", start=2)
+    two_rows = constant(f"of_{outputs}", [0, 2, outputs])
+    split = new.add("Concat", [two_rows, sides], "split", axis=0)
+    apart = new.add("Reshape", [pairs, split], "apart")
+    beside = new.add("Transpose", [apart], "beside", perm=[0, 2, 3, 1, 4])
+    width = new.add("Shape", [pairs], "width", start=3)
+    joined = new.add("Concat", [constant("join", [0, 0, -1]), width], "joined", axis=0)
+    rows = new.add("Reshape", [beside, joined], "rows")
     edges = [constant("first", [1]), constant("last", [-1]), constant("axes", [2])]
-    result = end.output[0]
-    end.CopyFrom(helper.make_node("Slice", [rows, *edges], [result], f"{result}/crop"))
-    if is_bent:
-        conv.output[0] = f"{name}/unread"
+    cropped = new.add("Slice", [rows, *edges], "crop")
+    replace_node(end, cropped, f"{end.outputs[0].name}/crop")

@@ -1,1 +1,1 @@
-"""int8: calibration, quantization, and what makes it exact."""
+"""int8: calibration, quantization, bias correction, and exact sums."""

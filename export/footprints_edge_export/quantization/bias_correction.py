@@ -1,4 +1,4 @@
-"""What rounding the weights adds to a convolution's mean output, taken off its bias again.
+"""Bias correction: subtract from a bias what rounding the weights adds to the mean output.
 
 Rounded weights W' differ from W, and after a ReLU the inputs have a mean, so the outputs are off by
 (W' - W) E[x] on average: maps of an int8 network are a little too near, or too sure, everywhere.
@@ -6,30 +6,35 @@ Nagel et al., "Data-Free Quantization Through Weight Equalization and Bias Corre
 here E[x] comes from the calibration photos.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import onnx
+import onnx_ir as ir
 import onnxruntime as ort
-from numpy.typing import NDArray
-from onnx import numpy_helper
 
-Floats = NDArray[np.float32]
+from footprints_edge.foundation.types import Floats
+from footprints_edge_export.graph.editing import (
+    constant_input,
+    needed,
+    numbers,
+    producer_of_input,
+    set_constant,
+    to_proto,
+)
 
 
-def mean_inputs(
-    model: onnx.ModelProto, inputs: Iterable[Mapping[str, Floats]]
-) -> dict[str, Floats]:
+def mean_inputs(model: ir.Model, inputs: Iterable[Mapping[str, Floats]]) -> dict[str, Floats]:
     """E[x] of every convolution's input: channel means by the tensor's name, float32 (C,).
 
     Args:
         model: float32.
         inputs: what to run it on, one batch of one each.
     """
-    given = {value.name for value in model.graph.input}
-    wanted = sorted({node.input[0] for node in model.graph.node if node.op_type == "Conv"})
-    watched = onnx.ModelProto()
-    watched.CopyFrom(model)
+    given = {value.name for value in model.graph.inputs}
+    convolutions = [node for node in model.graph if node.op_type == "Conv"]
+    wanted = sorted({str(value.name) for conv in convolutions if (value := conv.inputs[0])})
+    watched = to_proto(model)
     del watched.graph.output[:]
     watched.graph.output.extend(
         onnx.helper.make_empty_tensor_value_info(name) for name in wanted if name not in given
@@ -46,44 +51,40 @@ def mean_inputs(
     return {name: np.asarray(total / count, np.float32) for name, total in sums.items()}
 
 
-def correct_biases(
-    quantized: onnx.ModelProto, source: onnx.ModelProto, means: Mapping[str, Floats]
-) -> None:
-    """Takes (W' - W) E[x] off the int32 biases of a QDQ graph, in place.
+def correct_biases(quantized: ir.Model, source: ir.Model, means: Mapping[str, Floats]) -> None:
+    """Subtract (W' - W) E[x] from the int32 biases of a QDQ graph, in place.
 
     Args:
         quantized: from ``quantize_static``; its convolutions keep their names.
         source: the float32 graph it was made of.
         means: from :func:`mean_inputs`.
     """
-    floats = {each.name: each for each in source.graph.initializer}
-    integers = {each.name: each for each in quantized.graph.initializer}
-    original = {node.name: node for node in source.graph.node if node.op_type == "Conv"}
-    dequantize = {
-        node.output[0]: node
-        for node in quantized.graph.node
-        if node.op_type == "DequantizeLinear" and node.input[0] in integers
-    }
-    for node in quantized.graph.node:
-        if node.op_type != "Conv" or len(node.input) < 3 or node.name not in original:
+    originals = {node.name: node for node in source.graph if node.op_type == "Conv"}
+    for conv in quantized.graph:
+        original = originals.get(conv.name) if conv.op_type == "Conv" else None
+        if original is None:
             continue
-        if node.input[1] not in dequantize or node.input[2] not in dequantize:
+        weight, bias = (_dequantize_of_constant(conv, index) for index in (1, 2))
+        if weight is None or bias is None:
             continue
-        weights = numpy_helper.to_array(floats[original[node.name].input[1]])
-        rounded = _dequantized(integers, dequantize[node.input[1]].input)
-        groups = next((a.i for a in node.attribute if a.name == "group"), 1)
-        added = _added(
-            (rounded - weights).sum(axis=(2, 3)), means[original[node.name].input[0]], groups
-        )
-        name, scale = dequantize[node.input[2]].input[:2]
-        bias = numpy_helper.to_array(integers[name])
-        steps = np.rint(added / numpy_helper.to_array(integers[scale]))
-        integers[name].CopyFrom(numpy_helper.from_array((bias - steps).astype(np.int32), name))
+        error = (_dequantized(weight) - numbers(original.inputs[1])).sum(axis=(2, 3))
+        mean = means[str(needed(original.inputs[0]).name)]
+        added = _added(error, mean, conv.attributes.get_int("group", 1))
+        steps = np.rint(added / numbers(bias.inputs[1]))
+        set_constant(bias.inputs[0], (numbers(bias.inputs[0]) - steps).astype(np.int32))
 
 
-def _dequantized(integers: Mapping[str, onnx.TensorProto], inputs: Sequence[str]) -> Floats:
+def _dequantize_of_constant(conv: ir.Node, index: int) -> ir.Node | None:
+    """The DequantizeLinear that makes a convolution's input from a constant, if one does."""
+    node = producer_of_input(conv, index)
+    if node is None or node.op_type != "DequantizeLinear" or constant_input(node, 0) is None:
+        return None
+    return node
+
+
+def _dequantized(weight: ir.Node) -> Floats:
     """Symmetric weights (O, I, h, w), one scale for each output or for all."""
-    values, scale = (numpy_helper.to_array(integers[name]) for name in inputs[:2])
+    values, scale = (numbers(value) for value in weight.inputs[:2])
     return np.asarray(values * scale.reshape(-1, 1, 1, 1), np.float32)
 
 

@@ -1,4 +1,4 @@
-"""A folder of real photos, as the runtime itself would feed them to a network."""
+"""Folders of real photos, preprocessed as the runtime would for a network."""
 
 import logging
 from collections.abc import Sequence
@@ -18,15 +18,15 @@ logger = logging.getLogger(__name__)
 
 MOST_CALIBRATION_PHOTOS = 200
 HELD_OUT_EVERY = 5
-"""One calibration photo in five is kept from the calibration, to judge it."""
+"""One photo in five is held out from the calibration, to judge it."""
 
 
 def list_photos(folder: Path, at_least: int) -> list[Path]:
-    """Pictures of a folder and its sub-folders, sorted.
+    """Photos of a folder and its sub-folders, sorted.
 
     Raises:
-        ExportError: no such folder, or fewer pictures than needed.
-        ImageError: no picture at all.
+        ExportError: no such folder, or fewer photos than needed.
+        ImageError: a folder without any image.
     """
     if not folder.is_dir():
         raise ExportError(f"{folder}: no such folder of photos")
@@ -37,16 +37,16 @@ def list_photos(folder: Path, at_least: int) -> list[Path]:
 
 
 def spread(paths: list[Path], most: int) -> list[Path]:
-    """At most so many of them, evenly spread."""
+    """At most ``most`` of the paths, evenly spread."""
     return paths if len(paths) <= most else [paths[i * len(paths) // most] for i in range(most)]
 
 
 def split_photos(folders: Sequence[Path]) -> tuple[list[Path], list[Path]]:
-    """Photos to calibrate on, and one in five kept from that, each folder drawn from alike.
+    """Photos to calibrate on, and one in five held out; all folders are sampled alike.
 
     Raises:
-        ExportError: no such folder, or fewer pictures than needed.
-        ImageError: no picture at all.
+        ExportError: no such folder, or fewer photos than needed.
+        ImageError: a folder without any image.
     """
     calibration: list[Path] = []
     held_out: list[Path] = []
@@ -58,12 +58,12 @@ def split_photos(folders: Sequence[Path]) -> tuple[list[Path], list[Path]]:
     return calibration, held_out
 
 
-def network_inputs(paths: list[Path], model: Model) -> list[NDArray[np.uint8]]:
-    """Photos through the runtime's preprocessing, uint8 (1, H, W, 3) each.
+def network_inputs(paths: Sequence[Path], model: Model) -> list[NDArray[np.uint8]]:
+    """Preprocess photos as the runtime does, to uint8 (1, H, W, 3) each.
 
     Args:
-        paths: pictures; one that cannot be read is named in a warning and left out.
-        model: what they are for; it decides on size and filter.
+        paths: image files; one that cannot be read is named in a warning and left out.
+        model: the model that decides on size and filter.
 
     Raises:
         ExportError: none of them can be read.

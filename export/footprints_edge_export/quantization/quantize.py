@@ -1,4 +1,4 @@
-"""Static int8 quantization in QDQ form, calibrated on real photos, biases corrected.
+"""Static int8 quantization in QDQ form, calibrated on real photos, with bias correction.
 
 Convolutions and what lies between them run in int8. The last convolutions and all that follows
 stay float: a uint8 disparity can only say 100, 20.3, 11.3, 7.8, 6.0 metres.
@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import onnx
+import onnx_ir as ir
 from numpy.typing import NDArray
 from onnxruntime.quantization import (
     CalibrationDataReader,
@@ -21,6 +22,7 @@ from onnxruntime.quantization import (
 from onnxruntime.quantization.quant_utils import add_pre_process_metadata
 
 from footprints_edge_export.errors import ExportError
+from footprints_edge_export.graph.editing import to_proto
 from footprints_edge_export.graph.uint8_input import NORMALISED, Normalisation
 from footprints_edge_export.quantization.bias_correction import correct_biases, mean_inputs
 from footprints_edge_export.quantization.exact_add_scales import make_sums_exact
@@ -47,21 +49,21 @@ class _Photos(CalibrationDataReader):  # type: ignore[misc]
 
 
 def quantize(
-    model: onnx.ModelProto,
+    model: ir.Model,
     normalisation: Normalisation,
     images: list[NDArray[np.uint8]],
     target: str,
-) -> onnx.ModelProto:
+) -> ir.Model:
     """Quantize a float graph that begins with ``image_normalised``.
 
     Args:
-        model: float32, from :func:`image_input.split_normalisation`.
-        normalisation: what was cut off.
+        model: float32, from :func:`uint8_input.split_normalisation`.
+        normalisation: the normalisation that was cut off.
         images: calibration photos, uint8 (1, H, W, 3) each.
         target: key of ``targets.TARGETS``.
 
     Returns:
-        A QDQ graph of the same input, per-channel int8 weights.
+        A QDQ graph with the same input and per-channel int8 weights.
     """
     if not 0 <= normalisation.zero_point <= 255:
         raise ExportError(
@@ -77,7 +79,7 @@ def quantize(
     }
     with tempfile.TemporaryDirectory() as folder:
         source, quantized = Path(folder, "float.onnx"), Path(folder, "int8.onnx")
-        shaped = onnx.shape_inference.infer_shapes(model)
+        shaped = onnx.shape_inference.infer_shapes(to_proto(model))
         add_pre_process_metadata(shaped)  # the exporter folded all that its pre-processing would
         onnx.save(shaped, source)
         quantize_static(
@@ -99,19 +101,20 @@ def quantize(
                 "CalibMovingAverage": True,
             },
         )
-        result = onnx.load(quantized)
+        result = ir.load(quantized)
     make_sums_exact(result)
     correct_biases(result, model, mean_inputs(model, _feeds(images, normalisation)))
     return result
 
 
-def float_tail(graph: onnx.GraphProto) -> list[str]:
+def float_tail(graph: ir.Graph) -> list[str]:
     """Names of the last convolutions and of every node after them."""
-    producers = {name: node for node in graph.node for name in node.output}
-    tail, waiting = [], [producers[graph.output[0].name]]
+    tail, waiting = [], [graph.outputs[0].producer()]
     while waiting:
         node = waiting.pop()
-        tail.append(node.name)
+        if node is None:
+            continue
+        tail.append(str(node.name))
         if node.op_type != "Conv":
-            waiting += [producers[name] for name in node.input if name in producers]
+            waiting += node.predecessors()
     return tail

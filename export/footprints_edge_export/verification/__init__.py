@@ -1,1 +1,1 @@
-"""Whether a file keeps the contract, and how far two of them are apart."""
+"""Checks of model files: contract, parity with torch, differences, test vectors."""

@@ -1,8 +1,8 @@
-"""A port's outputs, held against test vectors: what differs, where, and whether it may.
+"""Check a port's outputs against test vectors: what differs, where, and whether it may.
 
-The network's maps are compared with the vectors', with room for how engines round. Masks and
-metres are also compared with what the port's own maps give, with no room: a wrong threshold or a
-wrong focal length cannot hide behind an engine's rounding.
+The network's maps are compared with those of the vectors, with tolerances for rounding in engines.
+Masks and metres are also compared with the port's own maps, without such tolerances: a wrong
+threshold or focal length cannot hide behind an engine's rounding.
 """
 
 import json
@@ -28,7 +28,7 @@ from footprints_edge_export.verification.test_vectors import (
 
 REQUIRED = ("maps", *MASKS, *METRES)
 OPTIONAL = ("input", *(f"{mask}_at_image_size" for mask in MASKS))
-"""Judged where the port writes them."""
+"""Checked if the port writes them."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +36,11 @@ class Finding:
     """One comparison.
 
     Attributes:
-        vector: its name.
+        vector: name of the vector.
         quantity: what was compared.
-        measured: how far it is off, in words; or why it could not be compared.
-        allowed: how far it may be, in words.
-        holds: whether it is within that.
+        measured: the difference, in words; or why there is none.
+        allowed: the largest difference allowed, in words.
+        holds: whether the difference is allowed.
     """
 
     vector: str
@@ -60,11 +60,11 @@ def check_vectors(vectors: Path, outputs: Path) -> list[Finding]:
 
     Args:
         vectors: folder that ``fp-export vectors`` wrote.
-        outputs: folder of the port: a sub-folder a vector, file names as in the vectors. Masks may
+        outputs: folder of the port, with a sub-folder per vector and the same file names. Masks may
             be ``.png`` (0 and 255) or ``.npy`` (0 and anything else).
 
     Raises:
-        ExportError: one of the folders is not there, or ``vectors`` is something else.
+        ExportError: one of the folders does not exist, or ``vectors`` has no vectors.
     """
     manifest = read_manifest(vectors)
     if not outputs.is_dir():
@@ -80,7 +80,7 @@ def read_manifest(vectors: Path) -> dict[str, Any]:
     """``vectors.json`` of a folder.
 
     Raises:
-        ExportError: there is none, or it is of another format.
+        ExportError: there is none, or it has another format.
     """
     path = vectors / "vectors.json"
     advice = "write vectors with: fp-export vectors MODEL -o DIR"
@@ -95,7 +95,7 @@ def read_manifest(vectors: Path) -> dict[str, Any]:
 
 
 class _VectorCheck:
-    """The comparisons of one vector."""
+    """Comparisons of one vector."""
 
     def __init__(self, folder: Path, entry: dict[str, Any], manifest: dict[str, Any]) -> None:
         self.entry = entry
@@ -173,7 +173,7 @@ class _VectorCheck:
             )
 
     def _mask(self, name: str, channel: int, found: NDArray[np.bool_]) -> Finding:
-        """Against the vector, where the vector is sure; a plain number beside it."""
+        """Compare with the vector where it is far from the threshold; also report plain IoU."""
         expected = self.expected[name] != 0
         distance = np.abs(self.expected["maps"][0, channel] - self.threshold)
         is_sure = distance >= self.allowed.mask_margin
@@ -194,13 +194,13 @@ class _VectorCheck:
 
     def _own_metres(self, name: str, found: Floats, own: Floats) -> Finding:
         label = f"{name} of the port's maps"
-        known = np.isfinite(own)
-        same = iou(known, np.isfinite(found))
-        both = known & np.isfinite(found)
+        valid = np.isfinite(own)
+        same = iou(valid, np.isfinite(found))
+        both = valid & np.isfinite(found)
         worst = float(np.abs(found[both] / own[both] - 1).max(initial=0))
         return self._finding(
             label,
-            f"within {100 * worst:.2g} %, known where it should be with IoU {same:.5f}",
+            f"within {100 * worst:.2g} %, valid mask IoU {same:.5f}",
             f"{100 * self.allowed.own_metres:g} %, {self.allowed.own_mask_iou:g}",
             worst <= self.allowed.own_metres and same >= self.allowed.own_mask_iou,
         )

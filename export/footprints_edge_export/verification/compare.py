@@ -1,4 +1,4 @@
-"""How far two models' maps are apart, on photos."""
+"""Differences between the maps of two models, on photos."""
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
@@ -19,9 +19,9 @@ class Difference:
     """Model B against model A, over all photos together.
 
     Attributes:
-        photos: how many.
+        photos: number of photos.
         max_abs: largest difference of each of the four maps.
-        visible_ground_iou: of the masks at probability 0.5; 1 where both are empty.
+        visible_ground_iou: IoU of the masks at probability 0.5; 1 if both are empty.
         ground_iou: likewise.
         visible_depth_abs_rel: mean |d_b - d_a| / d_a.
         visible_depth_a1: share of pixels whose depths are within a factor of 1.25.
@@ -87,7 +87,7 @@ def compare_maps(
 def compare_models(model_a: Model, model_b: Model, images: list[NDArray[np.uint8]]) -> Difference:
     """Difference of two models on preprocessed photos, uint8 (1, H, W, 3) each.
 
-    Maps that neither has count as equal, and as ground everywhere.
+    Maps that neither model has count as equal, and as ground everywhere.
 
     Raises:
         ExportError: they have different maps.
@@ -109,11 +109,11 @@ def compare_models(model_a: Model, model_b: Model, images: list[NDArray[np.uint8
 
 
 def all_four(maps: NDArray[np.float32], outputs: str) -> NDArray[np.float32]:
-    """All four maps (1, 4, H, W), 1 where a file does not have them.
+    """All four maps (1, 4, H, W); those that a file lacks are 1.
 
     Args:
         maps: float32 (1, C, H, W).
-        outputs: which these are, a key of ``footprints_edge.metadata.OUTPUTS``.
+        outputs: which maps these are, a key of ``footprints_edge.model_files.metadata.OUTPUTS``.
     """
     four = np.ones((1, 4, *maps.shape[2:]), np.float32)
     four[:, list(OUTPUTS[outputs])] = maps

@@ -1,8 +1,9 @@
-"""Whether an ONNX file keeps the contract: the checks that need no picture."""
+"""The contract of a model file: checks that need no image, and its metadata."""
 
 from pathlib import Path
 
 import onnx
+import onnx_ir as ir
 from onnx import TensorProto
 
 from footprints_edge.model_files.metadata import ModelMetadata
@@ -10,12 +11,12 @@ from footprints_edge_export.errors import VerificationError
 
 
 def check_file(path: Path) -> None:
-    """Hold a file against the contract.
+    """Check a file against the contract.
 
     Raises:
-        VerificationError: it is not valid ONNX, needs other files or other operators than the
-            standard ones, or its input or output are not those of the contract.
-        ModelError: its metadata are not.
+        VerificationError: the file is not valid ONNX, needs other files or non-standard operators,
+            or has another input or output than the contract says.
+        ModelError: the metadata break the contract.
     """
     try:
         onnx.checker.check_model(path, full_check=True)
@@ -40,7 +41,8 @@ def check_file(path: Path) -> None:
     ModelMetadata.from_props({p.key: p.value for p in model.metadata_props}, path.name)
 
 
-def set_metadata(model: onnx.ModelProto, metadata: ModelMetadata) -> None:
-    """Write the contract's metadata into a model, in place."""
-    onnx.helper.set_model_props(model, metadata.to_props())
-    model.producer_name, model.producer_version = "footprints-edge", ""
+def set_metadata(model: ir.Model, metadata: ModelMetadata) -> None:
+    """Replace a model's metadata by the contract's, in place."""
+    model.metadata_props.clear()
+    model.metadata_props.update(metadata.to_props())
+    model.producer_name, model.producer_version = "footprints-edge", None

@@ -1,6 +1,6 @@
-"""Test vectors: pictures, and all that a model makes of them, for ports in other languages.
+"""Test vectors for ports to other languages: images, and everything a model makes of them.
 
-``vectors.json`` says how each was made; ``docs/porting.md`` says how to hold a port against them.
+``vectors.json`` says how each was made; ``docs/porting.md`` says how to check a port with them.
 """
 
 import io
@@ -27,7 +27,7 @@ FORMAT = 1
 
 THRESHOLD = 0.5
 EXAMPLE_PHOTO = Path(__file__).parents[3] / "examples" / "room.jpg"
-"""The checkout's; an installed package has none."""
+"""The photo of the checkout; an installed package has none."""
 
 MASKS = ("visible_ground", "ground", "hidden_ground")
 METRES = ("visible_depth_m", "ground_depth_m")
@@ -39,21 +39,21 @@ _SIZES_TO_TRY = ((720, 1280), (1280, 720), (480, 640), (1000, 1000), (300, 4000)
 class Tolerances:
     """How far a port may be from the vectors.
 
-    The first five allow for how engines round: float32 hardly, int8 a step early on, which is a
-    few at the end. The others hold a port's arithmetic against its own maps, where engines have
-    no part.
+    The first five allow for rounding in engines: hardly any in float32; in int8 one step in an
+    early layer, which becomes a few at the end. The others compare a port's arithmetic with its
+    own maps, where engines play no part.
 
     Attributes:
         probability_mean: mean difference of ``maps`` 0 and 1.
         probability_max: largest difference of ``maps`` 0 and 1.
-        depth_median: relative difference of the depths of ``maps`` 2 and 3, of half of the pixels.
-        depth_p99: the same, of 99 in 100 pixels.
+        depth_median: median relative difference of the depths of ``maps`` 2 and 3.
+        depth_p99: the 99th percentile of the same.
         mask_margin: masks are compared where the vector's probability is this far from the
             threshold.
         mask_iou: least intersection over union of each mask there.
         input_levels: largest difference of a byte of the network's input.
         own_mask_iou: least intersection over union with the mask that the port's maps give.
-        own_mask_iou_at_image_size: the same, after the resize to the picture's size.
+        own_mask_iou_at_image_size: the same, after the resize to the image's size.
         own_metres: largest relative difference from the metres that the port's maps give.
     """
 
@@ -77,15 +77,15 @@ TOLERANCES = {
 
 
 @dataclass(frozen=True)
-class Subject:
-    """A picture of the vectors.
+class VectorImage:
+    """An image of the vectors.
 
     Attributes:
-        name: of its folder.
+        name: name of its folder.
         rgb: uint8 (H, W, 3).
-        camera: of the picture, in its pixels.
-        network_size: (h, w) that a network of free input size sees it at; None for the size that
-            the rule gives.
+        camera: intrinsics of the image, in its pixels.
+        network_size: (h, w) of the network's input, if the model leaves it free; None for the
+            usual size.
     """
 
     name: str
@@ -98,17 +98,17 @@ def write_vectors(model: Model, folder: Path, photo: Path = EXAMPLE_PHOTO) -> li
     """Write the vectors of a model.
 
     Args:
-        model: what the vectors are of.
-        folder: made if it is not there; files of the same names are replaced.
+        model: the model to write vectors of.
+        folder: created if needed; files of the same names are replaced.
         photo: a landscape photo with ground in it, 1000 pixels wide or more.
 
     Returns:
         The files, ``vectors.json`` last.
 
     Raises:
-        ExportError: there is no such photo, the model's precision has no tolerances, or it
+        ExportError: there is no such photo, the model's precision has no tolerances, or the model
             lacks maps.
-        ImageError: it is none.
+        ImageError: the photo cannot be read.
     """
     if not photo.is_file():
         raise ExportError(f"{photo}: no such photo to cut the vectors from; name one with --photo")
@@ -122,16 +122,16 @@ def write_vectors(model: Model, folder: Path, photo: Path = EXAMPLE_PHOTO) -> li
             f"{model.path} has {model.metadata.outputs} only; vectors are of all maps"
         )
     written, entries = [], []
-    for subject in subjects(decode(photo)):
-        network_input, maps = run_subject(model, subject)
-        entry = _entry(model, subject, (maps.shape[2], maps.shape[3]))
+    for image in vector_images(decode(photo)):
+        network_input, maps = run_image(model, image)
+        entry = _entry(model, image, (maps.shape[2], maps.shape[3]))
         results: dict[str, NDArray[Any]] = {"input": network_input, "maps": maps}
         results |= derived(maps, entry, THRESHOLD)
-        files = {"image": _png(subject.rgb)}
+        files = {"image": _png(image.rgb)}
         for name, array in results.items():
             files[name] = _png(array * np.uint8(255)) if array.dtype == np.bool_ else _npy(array)
         for name, data in files.items():
-            path = folder / subject.name / f"{name}{'.png' if data[1:4] == b'PNG' else '.npy'}"
+            path = folder / image.name / f"{name}{'.png' if data[1:4] == b'PNG' else '.npy'}"
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)
             entry["files"][name] = path.relative_to(folder).as_posix()
@@ -142,10 +142,10 @@ def write_vectors(model: Model, folder: Path, photo: Path = EXAMPLE_PHOTO) -> li
     return [*written, manifest]
 
 
-def subjects(photo: DecodedImage) -> list[Subject]:
-    """The pictures: the whole photo, an upright and a square piece of it, and a tiny copy.
+def vector_images(photo: DecodedImage) -> list[VectorImage]:
+    """The images: the whole photo, an upright and a square crop of it, and a tiny copy.
 
-    All but the first have network sizes of their own, small ones, so that the files stay small.
+    All but the first have small network sizes of their own, so that the files stay small.
     """
     height, width = photo.size
     camera = (
@@ -167,24 +167,26 @@ def subjects(photo: DecodedImage) -> list[Subject]:
             Image.fromarray(photo.rgb).resize(size[::-1], Image.Resampling.LANCZOS, box)
         )
         moved = Intrinsics(camera.fx, camera.fy, camera.cx - left, camera.cy)
-        found.append(Subject(name, rgb, moved.scaled((height, width - left), size), network_size))
+        found.append(
+            VectorImage(name, rgb, moved.scaled((height, width - left), size), network_size)
+        )
     return found
 
 
-def run_subject(model: Model, subject: Subject) -> tuple[Rgb, Floats]:
+def run_image(model: Model, image: VectorImage) -> tuple[Rgb, Floats]:
     """The network's input uint8 (1, h, w, 3) and its output float32 (1, 4, h, w)."""
-    image_size = (subject.rgb.shape[0], subject.rgb.shape[1])
-    size = model.engine.input_size or subject.network_size or model.input_size(image_size)
-    network_input = preprocess(subject.rgb, size, model.metadata.resize)
+    image_size = (image.rgb.shape[0], image.rgb.shape[1])
+    size = model.engine.input_size or image.network_size or model.input_size(image_size)
+    network_input = preprocess(image.rgb, size, model.metadata.resize)
     return network_input, model.engine.run(network_input)
 
 
 def derived(maps: Floats, entry: Mapping[str, Any], threshold: float) -> dict[str, NDArray[Any]]:
-    """What follows from a network's output: masks at both sizes, and metres, by file name.
+    """Masks at both sizes and depths in metres, derived from a network's output, by file name.
 
     Args:
         maps: float32 (1, 4, h, w).
-        entry: of the vector, as in ``vectors.json``.
+        entry: the vector's entry in ``vectors.json``.
         threshold: probability above which a pixel is ground.
     """
     height, width = entry["image_size_px"]
@@ -205,16 +207,16 @@ def _resized(values: Floats, size: tuple[int, int] | None) -> Floats:
     return np.array(Image.fromarray(values).resize(size, Image.Resampling.BILINEAR))
 
 
-def _entry(model: Model, subject: Subject, network_size: Size) -> dict[str, Any]:
-    image_size = (subject.rgb.shape[0], subject.rgb.shape[1])
-    camera = subject.camera.scaled(image_size, network_size)
+def _entry(model: Model, image: VectorImage, network_size: Size) -> dict[str, Any]:
+    image_size = (image.rgb.shape[0], image.rgb.shape[1])
+    camera = image.camera.scaled(image_size, network_size)
     focal_px = model.metadata.focal_px
     scale = 1.0 if focal_px is None else camera.focal_px / focal_px
     return {
-        "name": subject.name,
+        "name": image.name,
         "image_size_px": list(image_size),
         "network_size_px": list(network_size),
-        "image_intrinsics_px": _camera(subject.camera),
+        "image_intrinsics_px": _camera(image.camera),
         "network_intrinsics_px": _camera(camera),
         "depth_scale": scale,
         "depth_range_m": [scale * bound for bound in model.metadata.depth_range_m],

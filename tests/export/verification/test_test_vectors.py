@@ -18,7 +18,7 @@ from footprints_edge_export.verification.test_vectors import (
     MASKS,
     METRES,
     derived,
-    subjects,
+    vector_images,
     write_vectors,
 )
 
@@ -133,7 +133,7 @@ def test_cameras_are_those_of_the_photo(manifest):
     height, width = photo.size
     x, y = width - 100, height - 50  # in every piece
     direction = np.array([(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy])
-    for entry, subject in zip(manifest["vectors"], subjects(photo), strict=True):
+    for entry, subject in zip(manifest["vectors"], vector_images(photo), strict=True):
         side, up = entry["image_size_px"][1], entry["image_size_px"][0]
         fraction = side / up * height  # width of the piece in the photo
         u = (x + 0.5 - (width - fraction)) / fraction * side - 0.5
