@@ -70,6 +70,7 @@ class Asset:
         size_m: (width, depth, height) along x, y and z.
         surfaces: Its triangles by material.
         credit: Whom to credit.
+        outlines: Convex outlines (K, 2) of the ground that it takes.
     """
 
     key: str
@@ -78,6 +79,7 @@ class Asset:
     size_m: tuple[float, float, float]
     surfaces: tuple[Surface, ...]
     credit: Credit
+    outlines: tuple[NDArray[np.float64], ...] = ()
 
     @property
     def triangle_count(self) -> int:

@@ -56,7 +56,7 @@ def _material(material: object) -> tuple[Image.Image | None, tuple[int, int, int
     values = np.asarray(colour, np.float64)[:3]
     if values.max() <= 1 and np.asarray(colour).dtype.kind == "f":
         values = values * 255
-    red, green, blue = (int(round(min(max(value, 0.0), 255.0))) for value in values)
+    red, green, blue = (round(min(max(float(value), 0.0), 255.0)) for value in values)
     return image, (red, green, blue)
 
 

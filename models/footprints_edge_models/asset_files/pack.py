@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge_models.asset_files.asset import Asset, AssetError, Credit, Surface
 from footprints_edge_models.asset_files.glb import Viewpoint, World, read_objects, read_world
+from footprints_edge_models.asset_files.outlines import outlines_of
 from footprints_edge_models.asset_files.pictures import PictureFile, panorama_files, texture_files
 from footprints_edge_models.asset_files.sweet_home import SweetHomeCatalogue
 
@@ -171,7 +172,7 @@ def _encoded(found: Asset | World | PictureFile) -> tuple[PackEntry, str, bytes]
             triangles,
             found.credit,
         )
-        extra = {
+        extra: dict[str, NDArray[Any]] = {
             "eyes": np.array([view.eye_m for view in found.viewpoints], np.float32),
             "looks": np.array([view.look_m for view in found.viewpoints], np.float32),
             "heights": np.array([view.height_m for view in found.viewpoints], np.float32),
@@ -181,7 +182,12 @@ def _encoded(found: Asset | World | PictureFile) -> tuple[PackEntry, str, bytes]
     entry = PackEntry(
         "model", found.key, found.name, found.category, found.size_m, triangles, found.credit
     )
-    return entry, f"models/{found.key}.npz", _npz(found.surfaces, {})
+    outlines = outlines_of(found.surfaces, found.category)
+    extra = {
+        "outline_points": np.concatenate([np.zeros((0, 2)), *outlines]).astype(np.float32),
+        "outline_lengths": np.array([len(outline) for outline in outlines], np.int32),
+    }
+    return entry, f"models/{found.key}.npz", _npz(found.surfaces, extra)
 
 
 def _npz(surfaces: Sequence[Surface], extra: dict[str, NDArray[Any]]) -> bytes:
@@ -203,7 +209,7 @@ def _npz(surfaces: Sequence[Surface], extra: dict[str, NDArray[Any]]) -> bytes:
         roles.append(surface.role)
     arrays["roles"] = np.array(roles)
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)
+    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
     return buffer.getvalue()
 
 
@@ -250,7 +256,17 @@ class AssetPack:
         """A model's triangles."""
         with np.load(io.BytesIO(self._zip.read(f"models/{entry.key}.npz"))) as arrays:
             surfaces = tuple(_surfaces(arrays))
-        return Asset(entry.key, entry.name, entry.category, entry.size_m, surfaces, entry.credit)
+            ends = np.cumsum(arrays["outline_lengths"])[:-1]
+            outlines = tuple(np.split(arrays["outline_points"].astype(np.float64), ends))
+        return Asset(
+            entry.key,
+            entry.name,
+            entry.category,
+            entry.size_m,
+            surfaces,
+            entry.credit,
+            outlines if len(outlines[0]) else (),
+        )
 
     def world(self, entry: PackEntry) -> World:
         """A world's triangles and viewpoints."""

@@ -201,13 +201,13 @@ def _entry(
     )
 
 
-class _Resolver:
-    """Files beside a model in its zip, whatever their upper and lower case."""
+class _Resolver(Mapping[str, bytes]):
+    """Files beside a model in its zip, in upper or lower case; one of trimesh's resolvers."""
 
     def __init__(self, archive: zipfile.ZipFile, names: Mapping[str, str], folder: str) -> None:
         self._zip, self._names, self._folder = archive, names, folder
 
-    def get(self, name: str) -> bytes:
+    def __getitem__(self, name: str) -> bytes:
         """The bytes of a material or an image.
 
         Raises:
@@ -218,3 +218,9 @@ class _Resolver:
             ending = "/" + posixpath.basename(wanted)
             wanted = next((key for key in self._names if key.endswith(ending)), wanted)
         return self._zip.read(self._names[wanted])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
