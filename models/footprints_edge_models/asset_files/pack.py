@@ -4,12 +4,14 @@ A pack is a zip, stored without compression: `index.json`, and for each model an
 for each texture and panorama its JPEG. Points are kept as uint16 within their surface's box.
 """
 
+import hashlib
 import io
 import json
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -247,6 +249,12 @@ class AssetPack:
                 "assets again"
             )
         self.entries = [_entry(facts) for facts in index["entries"]]
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Changes with the assets: from their names, sizes and checksums in the zip."""
+        facts = [(info.filename, info.file_size, info.CRC) for info in self._zip.infolist()]
+        return hashlib.sha256(repr(facts).encode()).hexdigest()[:16]
 
     def of(self, kind: Kind, split: Split) -> list[PackEntry]:
         """The entries of one kind that belong to a split, in order."""

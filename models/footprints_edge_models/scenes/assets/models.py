@@ -78,7 +78,7 @@ class ModelLibrary:
     def thing(self, entry: PackEntry, label: str) -> Thing:
         """A model as a thing."""
         made = self._load(entry.key).thing
-        return Thing(label, made.parts, made.outlines)
+        return Thing(label, made.parts, made.outlines, asset=entry.key)
 
     def texture(self, key: TextureKey) -> NDArray[np.uint8]:
         """The texture of a model's surface, uint8 (SIDE_PX, SIDE_PX, 3), RGB."""
