@@ -40,6 +40,7 @@ ORDER = {
         "mapping",
         "sequences",
         "video_labels",
+        "asset_files",
         "scenes",
         "data",
         "training",

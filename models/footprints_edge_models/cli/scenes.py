@@ -46,6 +46,13 @@ def scenes(
             exists=True, file_okay=False, help="Folder of photos for textures; repeat for more."
         ),
     ] = None,
+    assets: Annotated[
+        list[Path] | None,
+        typer.Option(
+            exists=True,
+            help="Pack made by fp-train assets, or folders of assets; repeat for more folders.",
+        ),
+    ] = None,
     jobs: Jobs = None,
     preview: Annotated[
         Path | None, typer.Option(help="Write a contact sheet of the folder, a PNG.")
@@ -63,7 +70,8 @@ def scenes(
         settings = SceneSettings(split.value, seed, size_of(size))
         processes = jobs or usable_cores()
         start = time.perf_counter()
-        outcomes = _make(output, settings, textures or [], count, processes)
+        pack = _pack(output, assets or [])
+        outcomes = _make(output, settings, textures or [], count, processes, pack)
         seconds = time.perf_counter() - start
         if preview is not None:
             write_preview(output, preview)
@@ -85,8 +93,28 @@ def scenes(
             raise typer.Exit(SOME_FAILED)
 
 
+def _pack(output: Path, assets: list[Path]) -> Path | None:
+    """The pack of the assets; folders are packed into the output folder, once."""
+    if not assets:
+        return None
+    if len(assets) == 1 and assets[0].is_file():
+        return assets[0]
+    from footprints_edge_models.asset_files.pack import pack_assets
+
+    pack = output / "assets.zip"
+    if not pack.is_file():
+        complain(f"packing the assets of {', '.join(map(str, assets))} into {pack}")
+        pack_assets(assets, pack)
+    return pack
+
+
 def _make(
-    output: Path, settings: "SceneSettings", textures: list[Path], count: int, processes: int
+    output: Path,
+    settings: "SceneSettings",
+    textures: list[Path],
+    count: int,
+    processes: int,
+    pack: Path | None,
 ) -> list["ItemOutcome[int, int]"]:
     """Makes the scenes behind a progress bar; every scene's outcome."""
     from tqdm import tqdm
@@ -103,5 +131,5 @@ def _make(
                 complain(f"scene {outcome.item} failed: {outcome.reason}")
             bar.update()
 
-        make_scenes(output, settings, textures, count, processes, report)
+        make_scenes(output, settings, textures, count, processes, report, assets=pack)
     return outcomes

@@ -4,7 +4,7 @@ import io
 import json
 import multiprocessing
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -14,7 +14,10 @@ from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge.parallel.job import ReportOutcome
 from footprints_edge.parallel.processes import run_in_processes
 from footprints_edge.parallel.serial import run_serially
+from footprints_edge_models.asset_files.pack import AssetPack
+from footprints_edge_models.scenes.assets.models import ModelLibrary
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
+from footprints_edge_models.scenes.credits import write_credits
 from footprints_edge_models.scenes.generate import SyntheticScene, generate_scene
 from footprints_edge_models.scenes.ground_truth.boxes import boxes_of
 from footprints_edge_models.scenes.ground_truth.voxels import CLASSES, voxels_of
@@ -70,6 +73,7 @@ def make_scenes(
     processes: int,
     report: ReportOutcome[int, int],
     first: int = 0,
+    assets: Path | None = None,
 ) -> None:
     """Makes the scenes ``first`` to ``first + count`` that are not there yet.
 
@@ -83,16 +87,21 @@ def make_scenes(
         processes: number of processes; with one, the scenes are made in this process.
         report: called with the outcome of every scene.
         first: number of the first scene; parts of one set can be made on several machines.
+        assets: pack of 3D models to furnish with; see ``asset_files.pack``.
 
     Raises:
         SceneFilesError: the folder was begun with other settings.
+        AssetError: the pack cannot be read.
     """
     library = TextureLibrary.over(settings.split, textures)
     named = tuple(
         (path.resolve().name, sum(path in photo.parents for photo in library.photos))
         for path in textures
     )
-    settings = SceneSettings(settings.split, settings.seed, settings.size, named)
+    pack = None if assets is None else AssetPack(assets)
+    if assets is not None:
+        library = replace(library, models=ModelLibrary(assets, settings.split))
+    settings = replace(settings, textures=named, assets=pack.fingerprint if pack else "")
     write_settings(folder, settings)
     job, numbers = SceneJob(folder, settings, library), range(first, first + count)
     if processes == 1:
@@ -101,6 +110,8 @@ def make_scenes(
         run_in_processes(job, numbers, report, processes=processes, run_length=1)
     if settings.split == "test":
         _gather_boxes(folder)
+    if pack is not None:
+        write_credits(folder, pack)
 
 
 def _write_solids(folder: Path, name: str, made: SyntheticScene) -> None:

@@ -46,6 +46,7 @@ class Palette:
     def __init__(self, library: TextureLibrary, rng: np.random.Generator) -> None:
         self.library = library
         self.rng = rng
+        self.last_models: dict[str, object] = {}
         self._main_wood = self.wood()
         self._main_metal = self.of("metal", gloss=0.25)
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge_models.scenes.assets.materials import Material, Palette
+from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.shapes import convex_hull_2d
 from footprints_edge_models.scenes.assets.things import (
     Thing,
@@ -145,6 +146,7 @@ def _leg(
     return parts
 
 
+@or_model(" female ", " male ", " boy ", " girl ", "person ")
 def standing(palette: Palette) -> Thing:
     """Someone who stands or walks; the footprint is the hull of the feet."""
     rng = palette.rng

@@ -21,11 +21,15 @@ class Shape:
         normals: float32 (T, 3, 3): outward unit normals at the corners; alike at the three corners
             of a flat face.
         convex: whether the solid is the convex hull of its corners.
+        uv: float32 (T, 3, 2), in repeats of its own texture; None: metres along its faces.
+        mesh: its points (P, 3) and triangles (T, 3), where they are known beforehand.
     """
 
     corners: NDArray[np.float32] = field(repr=False)
     normals: NDArray[np.float32] = field(repr=False)
     convex: bool = True
+    uv: NDArray[np.float32] | None = field(default=None, repr=False)
+    mesh: tuple[NDArray[np.float64], NDArray[np.int32]] | None = field(default=None, repr=False)
 
     @cached_property
     def outline(self) -> NDArray[np.float64]:
@@ -49,6 +53,8 @@ class Shape:
 
     @cached_property
     def _points_and_triangles(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        if self.mesh is not None:
+            return self.mesh
         points, which = np.unique(self.corners.reshape(-1, 3), axis=0, return_inverse=True)
         return points.astype(np.float64), which.reshape(-1, 3).astype(np.int32)
 

@@ -53,6 +53,7 @@ class Thing:
             the parts that reach below STANDS_BELOW_M.
         is_wall: whether it is a building or bounds a room or a garden: ground behind it belongs to
             another place.
+        asset: key of the model that it is; empty if it is built from parts.
         pose: (3, 4), from its own axes to the world's.
     """
 
@@ -60,6 +61,7 @@ class Thing:
     parts: tuple[ThingPart, ...]
     outlines: tuple[NDArray[np.float64], ...] | None = None
     is_wall: bool = False
+    asset: str = ""
     pose: NDArray[np.float64] = field(default_factory=lambda: np.eye(3, 4), repr=False)
 
     def at(self, x: float, y: float, z: float = 0.0, yaw: float = 0.0) -> "Thing":

@@ -166,6 +166,12 @@ def _uv(
     uv = np.empty((len(corners), 3, 2), np.float32)
     uv[..., 0] = np.where(swap, second, first) + shift[of_part, None]
     uv[..., 1] = np.where(swap, first, second) + shift[of_part, None] * 0.7
+    start = 0
+    for part in parts:
+        end = start + len(part.shape.corners)
+        if part.shape.uv is not None:
+            uv[start:end] = part.shape.uv
+        start = end
     return uv
 
 

@@ -46,12 +46,14 @@ class SceneSettings:
         seed: seed of the set.
         size: (H, W) of its landscape pictures.
         textures: folders of photos: name, and number of photos that belong to the split.
+        assets: fingerprint of the pack of assets; empty without one.
     """
 
     split: SceneSplit
     seed: int
     size: tuple[int, int]
     textures: tuple[tuple[str, int], ...] = ()
+    assets: str = ""
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,7 @@ def write_settings(folder: Path, settings: SceneSettings) -> None:
         "seed": settings.seed,
         "size": list(settings.size),
         "textures": [list(entry) for entry in settings.textures],
+        **({"assets": settings.assets} if settings.assets else {}),
     }
     write_atomically(folder / MANIFEST, (json.dumps(about, indent=1) + "\n").encode())
 
@@ -140,6 +143,7 @@ def read_settings(folder: Path) -> SceneSettings:
             about["seed"],
             (about["size"][0], about["size"][1]),
             tuple((name, count) for name, count in about["textures"]),
+            about.get("assets", ""),
         )
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise SceneFilesError(
@@ -183,6 +187,8 @@ def write_scene(
         "ground_height_mm": height_mm.astype(np.uint8),
         "inverse_depth": np.frombuffer(_packed(inverse), np.uint8),
     }
+    if used := sorted({thing.asset for thing in scene.things} - {""}):
+        arrays["assets"] = np.array(used)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)
     flags = [cv2.IMWRITE_JPEG_QUALITY, quality]

@@ -5,6 +5,7 @@ import numpy as np
 from footprints_edge_models.scenes.assets.furniture.storage import cabinet
 from footprints_edge_models.scenes.assets.furniture.tabletop import on_top
 from footprints_edge_models.scenes.assets.materials import Palette
+from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.shapes import lathe
 from footprints_edge_models.scenes.assets.things import (
     Thing,
@@ -17,6 +18,7 @@ from footprints_edge_models.scenes.assets.things import (
 )
 
 
+@or_model("bath", "shower stall")
 def tub(palette: Palette) -> Thing:
     """A bath."""
     white = palette.white()
@@ -41,6 +43,7 @@ def tub(palette: Palette) -> Thing:
 _BOWL = lathe([(0.26, 0), (0.2, 0.12), (0.24, 0.3), (0.42, 0.7), (0.5, 0.95), (0.47, 1.0)])
 
 
+@or_model("toilets unit", "bidet")
 def toilet(palette: Palette) -> Thing:
     """A toilet."""
     white = palette.white()
@@ -54,6 +57,7 @@ def toilet(palette: Palette) -> Thing:
     return joined("toilet", parts)
 
 
+@or_model("washbasin", "vanity", "basin")
 def basin(palette: Palette) -> Thing:
     """A basin on a cupboard or a pedestal, with a mirror's frame above."""
     rng = palette.rng

@@ -2,9 +2,11 @@
 
 from footprints_edge_models.scenes.assets.furniture.legs import four_legs
 from footprints_edge_models.scenes.assets.materials import Palette
+from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.things import Thing, box, cushion, joined
 
 
+@or_model(" bed ", " futon ", "day bed", "hospital bed", "iron bed", "child bed")
 def bed(palette: Palette) -> Thing:
     """A bed; its head at +y."""
     rng = palette.rng

@@ -2,6 +2,7 @@
 
 from footprints_edge_models.scenes.assets.furniture.storage import cabinet
 from footprints_edge_models.scenes.assets.materials import Palette
+from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.things import Thing, box, column, joined, rod
 
 
@@ -21,6 +22,7 @@ def floor_lamp(palette: Palette) -> Thing:
     )
 
 
+@or_model(" tv ", "tv ", "television", "aquarium")
 def television(palette: Palette) -> Thing:
     """A low board with a television."""
     rng = palette.rng
@@ -47,6 +49,7 @@ def whiteboard(palette: Palette) -> Thing:
     return joined("board", parts)
 
 
+@or_model("printer", "copier", "water cooler", "stereo", "machine", "furnace", "bike", "boiler")
 def machine(palette: Palette) -> Thing:
     """A copier, a washing machine, a vending machine."""
     rng = palette.rng

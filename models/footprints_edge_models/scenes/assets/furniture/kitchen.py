@@ -3,9 +3,11 @@
 from footprints_edge_models.scenes.assets.furniture.storage import fronts
 from footprints_edge_models.scenes.assets.furniture.tabletop import on_top
 from footprints_edge_models.scenes.assets.materials import Palette
+from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.things import Thing, box, joined
 
 
+@or_model("lower cabinet", "sink", "island", "dishwasher", "oven", "cooker")
 def counter(palette: Palette, width_m: float, *, island: bool = False) -> Thing:
     """A run of kitchen cupboards with a worktop; wall cupboards above it unless an island."""
     rng = palette.rng
@@ -35,6 +37,7 @@ def counter(palette: Palette, width_m: float, *, island: bool = False) -> Thing:
     return joined("counter", parts)
 
 
+@or_model("fridge", "refrigerator", "high cabinet", " washing machine", "dryer")
 def fridge(palette: Palette) -> Thing:
     """A fridge, or a tall oven."""
     rng = palette.rng

@@ -1,6 +1,7 @@
 """Plants in pots."""
 
 from footprints_edge_models.scenes.assets.materials import Palette
+from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.things import (
     Thing,
     ThingPart,
@@ -29,6 +30,7 @@ def potted(palette: Palette, height_m: float) -> list[ThingPart]:
     return parts
 
 
+@or_model("plant", "tree ", "cactus", "bamboo")
 def plant(palette: Palette) -> Thing:
     """A plant that stands on the floor."""
     return joined("plant", potted(palette, float(palette.rng.uniform(0.6, 1.9))))

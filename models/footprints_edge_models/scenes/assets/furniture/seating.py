@@ -4,6 +4,7 @@ import numpy as np
 
 from footprints_edge_models.scenes.assets.furniture.legs import four_legs
 from footprints_edge_models.scenes.assets.materials import Material, Palette
+from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.things import (
     Thing,
     ThingPart,
@@ -16,6 +17,7 @@ from footprints_edge_models.scenes.assets.things import (
 )
 
 
+@or_model(" chair ", " folding chair", " class seat")
 def chair(palette: Palette, wood: Material | None = None, cloth: Material | None = None) -> Thing:
     """A chair on four legs, a cantilever or a stool."""
     rng = palette.rng
@@ -92,6 +94,7 @@ def _bar_stool(palette: Palette, frame: Material, seat: Material) -> Thing:
     return joined("stool", parts)
 
 
+@or_model(" armchair ", " chair ")
 def office_chair(palette: Palette) -> Thing:
     """A swivel chair on a star of five feet."""
     rng = palette.rng
@@ -115,6 +118,7 @@ def office_chair(palette: Palette) -> Thing:
     return joined("office chair", parts)
 
 
+@or_model("sofa", "couch", "armchair")
 def sofa(palette: Palette, seats: int) -> Thing:
     """An armchair or a sofa."""
     rng = palette.rng

@@ -5,9 +5,24 @@ import numpy as np
 from footprints_edge_models.scenes.assets.furniture.legs import four_legs
 from footprints_edge_models.scenes.assets.furniture.tabletop import on_top
 from footprints_edge_models.scenes.assets.materials import Material, Palette
+from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.things import Thing, ThingPart, box, joined
 
 
+@or_model(
+    "cabinet",
+    "dresser",
+    "chest",
+    "wardrobe",
+    "cupboard",
+    "drawers",
+    "filing",
+    "bedside",
+    "fireplace",
+    "tv stand",
+    "piano",
+    "radiator",
+)
 def cabinet(
     palette: Palette, width_m: float, depth_m: float, height_m: float, *, laid: bool = True
 ) -> Thing:
@@ -61,6 +76,7 @@ def fronts(
     return parts
 
 
+@or_model("bookcase", "shelves", "shelf", "living room")
 def shelf(palette: Palette, width_m: float, depth_m: float, height_m: float) -> Thing:
     """Open shelves with books and boxes."""
     rng = palette.rng

@@ -3,6 +3,7 @@
 from footprints_edge_models.scenes.assets.furniture.legs import four_legs
 from footprints_edge_models.scenes.assets.furniture.tabletop import on_top
 from footprints_edge_models.scenes.assets.materials import Palette
+from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.things import (
     Thing,
     ThingPart,
@@ -13,6 +14,7 @@ from footprints_edge_models.scenes.assets.things import (
 )
 
 
+@or_model(" table ", " desk ", " glass table", " coffee table")
 def table(
     palette: Palette, width_m: float, depth_m: float, height_m: float, *, laid: float = 0.7
 ) -> Thing:
@@ -72,6 +74,7 @@ def monitor(palette: Palette, z: float) -> list[ThingPart]:
     return parts
 
 
+@or_model(" desk ", " desk table", " wooden table", " table ")
 def desk(palette: Palette) -> Thing:
     """A desk with what is on and under it."""
     rng = palette.rng

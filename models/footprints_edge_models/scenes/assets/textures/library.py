@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, Protocol, TypeAlias, get_args
 
 import cv2
 import numpy as np
@@ -37,6 +37,13 @@ class TextureKey:
     number: int
 
 
+class TexturedModels(Protocol):
+    """What knows the textures of 3D models."""
+
+    def texture(self, key: TextureKey) -> NDArray[np.uint8]:
+        """A texture, uint8 (SIDE_PX, SIDE_PX, 3), RGB."""
+
+
 @dataclass(frozen=True)
 class TextureLibrary:
     """The textures of one split.
@@ -44,10 +51,12 @@ class TextureLibrary:
     Attributes:
         split: train or test; decides the seeds.
         photos: photos of this split, whose crops are textures of the kind ``photo``.
+        models: 3D models of this split, with textures of their own.
     """
 
     split: SceneSplit
     photos: tuple[Path, ...] = field(default=(), repr=False)
+    models: "TexturedModels | None" = None
 
     @classmethod
     def over(cls, split: SceneSplit, folders: Iterable[Path]) -> "TextureLibrary":
@@ -75,6 +84,8 @@ class TextureLibrary:
         """The texture, uint8 (SIDE_PX, SIDE_PX, 3), RGB; it tiles."""
         if key.kind == "photo":
             return _photo_crop(self.photos[key.number // 4], key.number % 4)
+        if self.models is not None and key.kind.startswith("model:"):
+            return self.models.texture(key)
         return _drawn(self.split, key.kind, key.number)
 
 

@@ -1,10 +1,28 @@
 """Cars, vans and three-wheeled taxis."""
 
 from footprints_edge_models.scenes.assets.materials import Material, Palette
+from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.things import Thing, box, cushion, joined, rod, shifted
 from footprints_edge_models.scenes.assets.vehicles.bodywork import hull, outline_of, wheels
 
 
+@or_model(
+    "hatchback",
+    "sedan",
+    "suv",
+    "taxi",
+    "police",
+    "prius",
+    "pickup",
+    "chevrolet",
+    "peugeot",
+    "renault",
+    "seat leon",
+    "smart car",
+    "beetle",
+    " van ",
+    "ambulance",
+)
 def car(palette: Palette) -> Thing:
     """A saloon, a hatchback, an estate, an off-roader, a van or a three-wheeled taxi."""
     rng = palette.rng

@@ -1,10 +1,12 @@
 """Buses and lorries."""
 
 from footprints_edge_models.scenes.assets.materials import Material, Palette
+from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.things import Thing, box, joined
 from footprints_edge_models.scenes.assets.vehicles.bodywork import hull, outline_of, wheels
 
 
+@or_model(" bus ", " truck ")
 def bus(palette: Palette) -> Thing:
     """A bus or a lorry."""
     rng = palette.rng

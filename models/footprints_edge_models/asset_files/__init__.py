@@ -1,0 +1,1 @@
+"""3D models, worlds, textures and panoramas from files, with their licences."""

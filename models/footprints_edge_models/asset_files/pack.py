@@ -1,0 +1,317 @@
+"""All assets in one file: read once from their sources, then by key, quickly, by many processes.
+
+A pack is a zip, stored without compression: `index.json`, and for each model and world an `.npz`,
+for each texture and panorama its JPEG. Points are kept as uint16 within their surface's box.
+"""
+
+import hashlib
+import io
+import json
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge_models.asset_files.asset import Asset, AssetError, Credit, Surface
+from footprints_edge_models.asset_files.glb import Viewpoint, World, read_objects, read_world
+from footprints_edge_models.asset_files.outlines import outlines_of
+from footprints_edge_models.asset_files.pictures import PictureFile, panorama_files, texture_files
+from footprints_edge_models.asset_files.sweet_home import SweetHomeCatalogue
+
+FORMAT = 1
+HELD_OUT_WORLDS = frozenset({"classroom", "bookstore", "city-south"})
+HELD_OUT_EVERY = 8
+"""One model, texture and panorama in eight is for the test split, chosen by its key."""
+
+_JPEG_QUALITY = 92
+
+Kind: TypeAlias = Literal["model", "world", "texture", "panorama"]
+Split: TypeAlias = Literal["train", "test"]
+
+
+@dataclass(frozen=True)
+class PackEntry:
+    """One asset of a pack.
+
+    Attributes:
+        kind: What it is.
+        key: Unique name within its kind.
+        name: In words.
+        category: Group that its source puts it in; of a texture its class, of a panorama its
+            setting.
+        size_m: (width, depth, height) of a model; zeros else.
+        triangles: How many it has.
+        credit: Whom to credit.
+    """
+
+    kind: Kind
+    key: str
+    name: str
+    category: str
+    size_m: tuple[float, float, float]
+    triangles: int
+    credit: Credit
+
+    @property
+    def split(self) -> Split:
+        """The split that it belongs to; no asset belongs to both."""
+        if self.kind == "world":
+            return "test" if self.key in HELD_OUT_WORLDS else "train"
+        return "test" if zlib.crc32(self.key.encode()) % HELD_OUT_EVERY == 0 else "train"
+
+
+@dataclass
+class PackReport:
+    """What went into a pack.
+
+    Attributes:
+        counts: How many of each kind.
+        skipped: Why assets are not in it, one message each.
+    """
+
+    counts: dict[str, int] = field(default_factory=dict)
+    skipped: list[str] = field(default_factory=list)
+
+
+def pack_assets(
+    folders: Sequence[Path], path: Path, progress: Callable[[str], None] = lambda _: None
+) -> PackReport:
+    """Reads every asset below some folders and writes them into one file.
+
+    Found are Sweet Home 3D catalogues (`*.sh3f`), folders of GLB objects with an `index.json`,
+    worlds (`NAME.glb` with `NAME.cameras.json`), and folders of textures and panoramas with an
+    `index.json`. An asset that cannot be used is left out; the report says why.
+
+    Raises:
+        AssetError: If a folder does not exist or nothing usable is found.
+    """
+    report = PackReport()
+    entries: list[PackEntry] = []
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
+        for found in _found(folders):
+            if isinstance(found, AssetError):
+                report.skipped.append(str(found))
+                continue
+            entry, name, data = _encoded(found)
+            progress(entry.key)
+            archive.writestr(name, data)
+            entries.append(entry)
+            report.counts[entry.kind] = report.counts.get(entry.kind, 0) + 1
+        index = {"format": FORMAT, "entries": [asdict(entry) for entry in entries]}
+        archive.writestr("index.json", json.dumps(index, indent=1))
+    if not entries:
+        raise AssetError(f"{', '.join(map(str, folders))}: no asset found; {report.skipped[:3]}")
+    write_atomically(path, buffer.getvalue())
+    return report
+
+
+def _found(folders: Sequence[Path]) -> Iterator[Asset | World | PictureFile | AssetError]:
+    for folder in folders:
+        if not folder.is_dir():
+            raise AssetError(f"{folder}: no such folder of assets")
+        for path in sorted(folder.rglob("*.sh3f")):
+            yield from _catalogue(path)
+        for path in sorted(folder.rglob("*.cameras.json")):
+            glb = path.with_name(path.name.removesuffix(".cameras.json") + ".glb")
+            try:
+                yield read_world(glb)
+            except AssetError as error:
+                yield error
+        for path in sorted(folder.rglob("index.json")):
+            yield from _indexed(path)
+
+
+def _catalogue(path: Path) -> Iterator[Asset | AssetError]:
+    try:
+        with SweetHomeCatalogue(path) as catalogue:
+            for entry in catalogue.entries:
+                try:
+                    yield catalogue.read(entry)
+                except AssetError as error:
+                    yield error
+    except AssetError as error:
+        yield error
+
+
+def _indexed(path: Path) -> Iterator[Asset | PictureFile | AssetError]:
+    """What an `index.json` lists: objects, textures or panoramas, told apart by their facts."""
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        first = facts[0]
+        if "nodes" in first:
+            yield from read_objects(path.parent)
+        elif "projection" in first:
+            yield from panorama_files(path)
+        elif "cls" in first:
+            yield from texture_files(path)
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        yield AssetError(f"{path} is not an index of assets: {error!r}")
+
+
+def _encoded(found: Asset | World | PictureFile) -> tuple[PackEntry, str, bytes]:
+    if isinstance(found, PictureFile):
+        entry = PackEntry(
+            found.kind, found.key, found.name, found.category, (0.0, 0.0, 0.0), 0, found.credit
+        )
+        return entry, f"{found.kind}s/{found.key}.jpg", found.jpeg
+    triangles = sum(len(surface.triangles) for surface in found.surfaces)
+    if isinstance(found, World):
+        entry = PackEntry(
+            "world",
+            found.key,
+            found.credit.title,
+            "world",
+            (0.0, 0.0, 0.0),
+            triangles,
+            found.credit,
+        )
+        extra: dict[str, NDArray[Any]] = {
+            "eyes": np.array([view.eye_m for view in found.viewpoints], np.float32),
+            "looks": np.array([view.look_m for view in found.viewpoints], np.float32),
+            "heights": np.array([view.height_m for view in found.viewpoints], np.float32),
+            "core": np.array(found.core_m or (), np.float64),
+        }
+        return entry, f"worlds/{found.key}.npz", _npz(found.surfaces, extra)
+    entry = PackEntry(
+        "model", found.key, found.name, found.category, found.size_m, triangles, found.credit
+    )
+    outlines = outlines_of(found.surfaces, found.category)
+    extra = {
+        "outline_points": np.concatenate([np.zeros((0, 2)), *outlines]).astype(np.float32),
+        "outline_lengths": np.array([len(outline) for outline in outlines], np.int32),
+    }
+    return entry, f"models/{found.key}.npz", _npz(found.surfaces, extra)
+
+
+def _npz(surfaces: Sequence[Surface], extra: dict[str, NDArray[Any]]) -> bytes:
+    arrays = dict(extra)
+    roles = []
+    for number, surface in enumerate(surfaces):
+        low = surface.points.min(axis=0)
+        step = np.maximum(np.ptp(surface.points, axis=0), 1e-6) / 65535
+        arrays[f"points{number}"] = np.rint((surface.points - low) / step).astype(np.uint16)
+        arrays[f"box{number}"] = np.stack([low, step]).astype(np.float32)
+        small = len(surface.points) <= 65536
+        arrays[f"triangles{number}"] = surface.triangles.astype(np.uint16 if small else np.uint32)
+        arrays[f"rgb{number}"] = np.array(surface.rgb, np.uint8)
+        if surface.texture is not None:
+            arrays[f"uv{number}"] = surface.uv
+            arrays[f"texture{number}"] = _jpeg(surface.texture)
+        if surface.alpha is not None:
+            arrays[f"alpha{number}"] = np.packbits(surface.alpha, axis=1)
+        roles.append(surface.role)
+    arrays["roles"] = np.array(roles)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
+    return buffer.getvalue()
+
+
+def _jpeg(texture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    bgr = cv2.cvtColor(np.ascontiguousarray(texture), cv2.COLOR_RGB2BGR)
+    good, data = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+    assert good
+    return np.asarray(data, np.uint8).ravel()
+
+
+def decode_jpeg(data: bytes | NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """uint8 (H, W, 3), RGB."""
+    bgr = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), np.uint8)
+
+
+class AssetPack:
+    """An open pack. Reading keeps no state but the file: each process opens its own."""
+
+    def __init__(self, path: Path) -> None:
+        """Opens a pack.
+
+        Raises:
+            AssetError: If it is missing, damaged or of another format.
+        """
+        self.path = path
+        try:
+            self._zip = zipfile.ZipFile(path)
+            index = json.loads(self._zip.read("index.json"))
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            raise AssetError(f"{path} is not a pack of assets: {error}") from error
+        if index.get("format") != FORMAT:
+            raise AssetError(
+                f"{path} has format {index.get('format')!r}, this version reads {FORMAT}; pack the "
+                "assets again"
+            )
+        self.entries = [_entry(facts) for facts in index["entries"]]
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Changes with the assets: from their names, sizes and checksums in the zip."""
+        facts = [(info.filename, info.file_size, info.CRC) for info in self._zip.infolist()]
+        return hashlib.sha256(repr(facts).encode()).hexdigest()[:16]
+
+    def of(self, kind: Kind, split: Split) -> list[PackEntry]:
+        """The entries of one kind that belong to a split, in order."""
+        return [entry for entry in self.entries if (entry.kind, entry.split) == (kind, split)]
+
+    def model(self, entry: PackEntry) -> Asset:
+        """A model's triangles."""
+        with np.load(io.BytesIO(self._zip.read(f"models/{entry.key}.npz"))) as arrays:
+            surfaces = tuple(_surfaces(arrays))
+            ends = np.cumsum(arrays["outline_lengths"])[:-1]
+            outlines = tuple(np.split(arrays["outline_points"].astype(np.float64), ends))
+        return Asset(
+            entry.key,
+            entry.name,
+            entry.category,
+            entry.size_m,
+            surfaces,
+            entry.credit,
+            outlines if len(outlines[0]) else (),
+        )
+
+    def world(self, entry: PackEntry) -> World:
+        """A world's triangles and viewpoints."""
+        with np.load(io.BytesIO(self._zip.read(f"worlds/{entry.key}.npz"))) as arrays:
+            views = zip(arrays["eyes"], arrays["looks"], arrays["heights"], strict=True)
+            core = tuple(float(side) for side in arrays["core"])
+            return World(
+                entry.key,
+                tuple(_surfaces(arrays)),
+                tuple(Viewpoint(eye, look, float(height)) for eye, look, height in views),
+                (core[0], core[1], core[2], core[3]) if core else None,
+                entry.credit,
+            )
+
+    def picture(self, entry: PackEntry) -> NDArray[np.uint8]:
+        """A texture or a panorama, uint8 (H, W, 3), RGB."""
+        return decode_jpeg(self._zip.read(f"{entry.kind}s/{entry.key}.jpg"))
+
+
+def _entry(facts: dict[str, Any]) -> PackEntry:
+    width, depth, height = facts.pop("size_m")
+    return PackEntry(
+        **facts | {"size_m": (width, depth, height), "credit": Credit(**facts["credit"])}
+    )
+
+
+def _surfaces(arrays: Any) -> Iterator[Surface]:  # noqa: ANN401 - a file of numpy's
+    for number, role in enumerate(arrays["roles"]):
+        low, step = arrays[f"box{number}"]
+        points = (arrays[f"points{number}"] * step + low).astype(np.float32)
+        textured = f"texture{number}" in arrays
+        texture = decode_jpeg(arrays[f"texture{number}"]) if textured else None
+        uv = arrays[f"uv{number}"] if textured else np.zeros((len(points), 2), np.float32)
+        alpha = None
+        if texture is not None and f"alpha{number}" in arrays:
+            bits = np.unpackbits(arrays[f"alpha{number}"], axis=1)[:, : texture.shape[1]]
+            alpha = bits.astype(bool)
+        red, green, blue = (int(value) for value in arrays[f"rgb{number}"])
+        triangles = arrays[f"triangles{number}"].astype(np.int32)
+        yield Surface(points, triangles, uv, (red, green, blue), texture, alpha, str(role))

@@ -1,0 +1,223 @@
+"""3D models from files in place of things built from parts.
+
+A maker of furniture or vehicles is wrapped by :func:`or_model`: where the scene's library has
+models, most of its things are models of the same kind and about the same size. Everything else,
+where things stand and which way they look, stays as it is.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, wraps
+from pathlib import Path
+from typing import Concatenate, ParamSpec, cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge_models.asset_files.asset import Asset, Surface
+from footprints_edge_models.asset_files.outlines import VEHICLES
+from footprints_edge_models.asset_files.pack import AssetPack, PackEntry
+from footprints_edge_models.scenes.assets.materials import Material, Palette
+from footprints_edge_models.scenes.assets.shapes import Shape
+from footprints_edge_models.scenes.assets.textures.library import SceneSplit, TextureKey
+from footprints_edge_models.scenes.assets.textures.noise import SIDE_PX
+from footprints_edge_models.scenes.assets.things import (
+    Thing,
+    ThingPart,
+)
+
+MODELS_SHARE = 0.85
+"""Share of things that are models, where a fitting one is known."""
+SAME_AGAIN = 0.6
+"""Share of things that are the same model as the last of their kind: sets of chairs."""
+LARGEST_FACTOR = 1.6
+"""A model is taken for a thing whose sides differ by less than this factor."""
+
+_MOST_LOADED = 200
+_SMOOTH = np.cos(np.radians(40))
+
+Params = ParamSpec("Params")
+Maker = Callable[Concatenate[Palette, Params], Thing]
+
+
+@dataclass(frozen=True)
+class ModelLibrary:
+    """The models of a pack that belong to one split. Each process opens the pack by itself.
+
+    Attributes:
+        path: The pack.
+        split: The split.
+    """
+
+    path: Path
+    split: SceneSplit
+    _loaded: "dict[str, _Loaded]" = field(default_factory=dict, compare=False, repr=False)
+
+    def __getstate__(self) -> dict[str, object]:
+        """What another process needs: the file, not what was read from it."""
+        return {"path": self.path, "split": self.split, "_loaded": {}}
+
+    @cached_property
+    def _pack(self) -> AssetPack:
+        return AssetPack(self.path)
+
+    @cached_property
+    def _entries(self) -> list[PackEntry]:
+        return self._pack.of("model", self.split)
+
+    def matching(self, words: Sequence[str], size_m: NDArray[np.floating]) -> list[PackEntry]:
+        """Models whose name has one of these words, of about this (width, depth, height)."""
+        return [
+            entry
+            for entry in self._entries
+            if any(word in f" {entry.name.lower()} " for word in words)
+            and np.abs(np.log(_upright_size(entry) / size_m)).max() < np.log(LARGEST_FACTOR)
+        ]
+
+    def thing(self, entry: PackEntry, label: str) -> Thing:
+        """A model as a thing."""
+        made = self._load(entry.key).thing
+        return Thing(label, made.parts, made.outlines, asset=entry.key)
+
+    def texture(self, key: TextureKey) -> NDArray[np.uint8]:
+        """The texture of a model's surface, uint8 (SIDE_PX, SIDE_PX, 3), RGB."""
+        return self._load(key.kind.removeprefix("model:")).textures[key.number]
+
+    def _load(self, key: str) -> "_Loaded":
+        if key not in self._loaded:
+            if len(self._loaded) >= _MOST_LOADED:
+                del self._loaded[next(iter(self._loaded))]
+            entry = next(entry for entry in self._entries if entry.key == key)
+            self._loaded[key] = _Loaded.from_asset(self._pack.model(entry))
+        return self._loaded[key]
+
+
+@dataclass(frozen=True, eq=False)
+class _Loaded:
+    """A model that is in memory: the thing, and the textures of its surfaces by their number."""
+
+    thing: Thing
+    textures: dict[int, NDArray[np.uint8]]
+
+    @classmethod
+    def from_asset(cls, asset: Asset) -> "_Loaded":
+        """Vehicles are turned so that their length lies along y."""
+        if asset.category in VEHICLES and asset.size_m[0] > asset.size_m[1]:
+            asset = _turned(asset)
+        textures = {
+            number: np.asarray(
+                cv2.resize(surface.texture, (SIDE_PX, SIDE_PX), interpolation=cv2.INTER_AREA),
+                np.uint8,
+            )
+            for number, surface in enumerate(asset.surfaces)
+            if surface.texture is not None
+        }
+        parts = tuple(
+            ThingPart(_shape(surface), np.eye(3, 4), _material(asset.key, number, surface))
+            for number, surface in enumerate(asset.surfaces)
+            if surface.alpha is None  # leaves with holes are left to the built trees
+        )
+        return cls(Thing(asset.name, parts, asset.outlines), textures)
+
+
+def _upright_size(entry: PackEntry) -> NDArray[np.float64]:
+    """(width, depth, height) as it will stand; see `_Loaded`."""
+    width, depth, height = entry.size_m
+    if entry.category in VEHICLES and width > depth:
+        width, depth = depth, width
+    return np.array([max(side, 0.02) for side in (width, depth, height)])
+
+
+def or_model(*words: str) -> Callable[[Maker[Params]], Maker[Params]]:
+    """Wraps a maker: most of its things become models whose names have one of these words."""
+
+    def wrap(make: Maker[Params]) -> Maker[Params]:
+        @wraps(make)
+        def made(palette: Palette, *args: Params.args, **kwargs: Params.kwargs) -> Thing:
+            thing = make(palette, *args, **kwargs)
+            library = palette.library.models
+            if not isinstance(library, ModelLibrary) or palette.rng.random() > MODELS_SHARE:
+                return thing
+            return _in_place_of(thing, words, library, palette)
+
+        return cast("Maker[Params]", made)
+
+    return wrap
+
+
+def _in_place_of(
+    thing: Thing, words: Sequence[str], library: ModelLibrary, palette: Palette
+) -> Thing:
+    low, high = thing.extent
+    fitting = library.matching(words, np.maximum(high - low, 0.02))
+    if not fitting:
+        return thing
+    last = palette.last_models.get(thing.label)
+    if last is not None and last in fitting and palette.rng.random() < SAME_AGAIN:
+        return library.thing(last, thing.label)
+    entry = fitting[int(palette.rng.integers(len(fitting)))]
+    palette.last_models[thing.label] = entry
+    return library.thing(entry, thing.label)
+
+
+def _turned(asset: Asset) -> Asset:
+    """A quarter turn about z."""
+    width, depth, height = asset.size_m
+    surfaces = tuple(
+        replace(surface, points=surface.points[:, [1, 0, 2]] * np.array([-1, 1, 1], np.float32))
+        for surface in asset.surfaces
+    )
+    outlines = tuple(outline[:, [1, 0]] * (-1, 1) for outline in asset.outlines)
+    return replace(asset, size_m=(depth, width, height), surfaces=surfaces, outlines=outlines)
+
+
+def _shape(surface: Surface) -> Shape:
+    uv = surface.uv[surface.triangles] * np.array([1, -1], np.float32)
+    return Shape(
+        surface.points[surface.triangles],
+        _normals(surface),
+        convex=False,
+        uv=uv,
+        mesh=(surface.points.astype(np.float64), surface.triangles),
+    )
+
+
+def _normals(surface: Surface) -> NDArray[np.float32]:
+    """Unit normals at the corners (T, 3, 3): smooth where faces meet at less than 40 degrees."""
+    corners = surface.points[surface.triangles].astype(np.float64)
+    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    _, same = np.unique(
+        np.round(surface.points, 4), axis=0, return_inverse=True
+    )  # points on texture seams are several
+    where = same.reshape(-1)[surface.triangles]
+    sums = np.zeros((int(same.max()) + 1, 3))
+    for corner in range(3):
+        np.add.at(sums, where[:, corner], flat)
+    smooth = _unit(sums)[where]
+    face = _unit(flat)[:, None].repeat(3, axis=1)
+    alike = (smooth * face).sum(axis=-1) > _SMOOTH
+    return np.where(alike[..., None], smooth, face).astype(np.float32)
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    unit: NDArray[np.float64] = vectors / np.maximum(
+        np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12
+    )
+    return unit
+
+
+def _material(key: str, number: int, surface: Surface) -> Material:
+    """Its own texture, or its colour; a little gloss on some, by the model's name."""
+    linear = (np.array(surface.rgb) / 255) ** 2.2
+    gloss = (0.0, 0.0, 0.04, 0.1)[_hash(key, number) % 4]
+    if surface.texture is not None:
+        red, green, blue = (float(value) for value in linear)
+        return Material(TextureKey(f"model:{key}", number), 1.0, (red, green, blue), gloss)
+    red, green, blue = (float(value) for value in linear / 0.8**2.2)  # of the blank's grey
+    return Material(TextureKey("blank", 2), 1.0, (red, green, blue), gloss)
+
+
+def _hash(key: str, number: int) -> int:
+    """The same number for the same surface in every process."""
+    return sum(key.encode()) + 7 * number

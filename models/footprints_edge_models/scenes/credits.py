@@ -1,0 +1,50 @@
+"""Whom to credit for the assets that a folder of scenes shows."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge_models.asset_files.asset import Credit
+from footprints_edge_models.asset_files.pack import AssetPack
+from footprints_edge_models.scenes.storage.files import scene_names
+
+CREDITS = "credits.json"
+
+
+def used_assets(folder: Path) -> Counter[str]:
+    """Keys of the models in the scenes of a folder, and the number of scenes that show each."""
+    used: Counter[str] = Counter()
+    for name in scene_names(folder):
+        with np.load(folder / "truth" / f"{name}.npz") as arrays:
+            if "assets" in arrays:
+                used.update(arrays["assets"].tolist())
+    return used
+
+
+def write_credits(folder: Path, pack: AssetPack) -> list[Credit]:
+    """Writes `credits.json`: title, author, licence and source of every asset used.
+
+    Args:
+        folder: Of the scenes.
+        pack: The pack that they were made with.
+
+    Returns:
+        The credits, sorted by author and title.
+    """
+    used = used_assets(folder)
+    credits = {entry.credit for entry in pack.entries if entry.key in used}
+    ordered = sorted(credits, key=lambda each: (each.licence, each.author, each.title))
+    facts = [
+        {
+            "title": each.title,
+            "author": each.author,
+            "licence": each.licence,
+            "source": each.source,
+        }
+        for each in ordered
+    ]
+    write_atomically(folder / CREDITS, (json.dumps(facts, indent=1) + "\n").encode())
+    return ordered

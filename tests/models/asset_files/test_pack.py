@@ -1,0 +1,103 @@
+import json
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from footprints_edge_models.asset_files.asset import AssetError
+from footprints_edge_models.asset_files.pack import AssetPack, pack_assets
+
+
+def glb(path, size, colour=(255, 0, 0)):
+    mesh = trimesh.creation.box(size)
+    mesh.apply_translation((0, size[1] / 2, 0))
+    mesh.visual = trimesh.visual.TextureVisuals(
+        material=trimesh.visual.material.PBRMaterial(baseColorFactor=[*colour, 255])
+    )
+    scene = trimesh.Scene()
+    scene.add_geometry(mesh, node_name="body", geom_name="body")
+    path.write_bytes(scene.export(file_type="glb"))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """One object, one world, a texture and a panorama, as their sources lay them out."""
+    root = tmp_path / "assets"
+    for name in ("objects/street", "worlds", "textures", "panoramas"):
+        (root / name).mkdir(parents=True)
+    credit = {"licence": "CC0-1.0", "author": "Somebody", "source": "somewhere"}
+    facts = {"file": "car.glb", "category": "car", "size": [1.8, 1.5, 4.4], **credit}
+    objects = [
+        facts | {"nodes": [{"name": "body", "rgb": [10, 20, 30]}]},
+        facts | {"file": "gone.glb", "nodes": []},
+    ]
+    (root / "objects/street/index.json").write_text(json.dumps(objects))
+    glb(root / "objects/street/car.glb", (1.8, 1.5, 4.4))
+    glb(root / "worlds/hall.glb", (6, 3, 8))
+    about = {"title": "A hall", "nodes": [{"name": "body", "role": "wall"}], **credit}
+    (root / "worlds/hall.json").write_text(json.dumps(about))
+    camera = {"position": [1, 1.5, -2], "look_at": [0, 1, 0], "eye_height": 1.5}
+    (root / "worlds/hall.cameras.json").write_text(json.dumps({"cameras": [camera]}))
+    for name, more in (
+        ("textures", {"cls": "woodfloor", "use": "floor"}),
+        ("panoramas", {"projection": "equirectangular", "shows": "a room", "setting": "indoor"}),
+    ):
+        Image.new("RGB", (64, 32), (200, 100, 50)).save(root / name / "one.jpg")
+        (root / name / "index.json").write_text(json.dumps([{"file": "one.jpg", **more, **credit}]))
+    return root
+
+
+def test_everything_comes_back_out_of_a_pack(folder, tmp_path):
+    report = pack_assets([folder], tmp_path / "assets.zip")
+    assert report.counts == {"model": 1, "world": 1, "texture": 1, "panorama": 1}
+    assert len(report.skipped) == 1 and "gone.glb" in report.skipped[0]
+    pack = AssetPack(tmp_path / "assets.zip")
+    kinds = {entry.kind: entry for entry in pack.entries}
+    assert {entry.credit.author for entry in pack.entries} == {"Somebody"}
+    car = pack.model(kinds["model"])
+    (body,) = car.surfaces
+    assert body.rgb == (10, 20, 30)  # the index knows better than the file
+    np.testing.assert_allclose(np.ptp(body.points, axis=0), (1.8, 4.4, 1.5), atol=1e-3)
+    assert body.points[:, 2].min() == pytest.approx(0, abs=1e-4)
+    (outline,) = car.outlines
+    np.testing.assert_allclose(np.ptp(outline, axis=0), (1.8, 4.4), atol=1e-3)
+    hall = pack.world(kinds["world"])
+    assert [surface.role for surface in hall.surfaces] == ["wall"]
+    (view,) = hall.viewpoints
+    np.testing.assert_allclose(view.eye_m, (1, 2, 1.5))  # z of the source is -y here
+    assert view.height_m == 1.5
+    for kind in ("texture", "panorama"):
+        pixels = pack.picture(kinds[kind])
+        assert pixels.shape == (32, 64, 3)
+        np.testing.assert_allclose(pixels.mean(axis=(0, 1)), (200, 100, 50), atol=3)
+
+
+def test_packing_again_gives_the_same_bytes(folder, tmp_path):
+    for name in ("a.zip", "b.zip"):
+        pack_assets([folder], tmp_path / name)
+    indices = [AssetPack(tmp_path / name).entries for name in ("a.zip", "b.zip")]
+    assert indices[0] == indices[1]
+
+
+def test_no_asset_belongs_to_both_splits(folder, tmp_path):
+    pack_assets([folder], tmp_path / "assets.zip")
+    pack = AssetPack(tmp_path / "assets.zip")
+    for kind in ("model", "world", "texture", "panorama"):
+        train, test = (pack.of(kind, split) for split in ("train", "test"))
+        assert len(train) + len(test) == 1
+
+
+def test_nothing_found_and_no_folder_are_errors(tmp_path):
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(AssetError, match="no asset found"):
+        pack_assets([tmp_path / "empty"], tmp_path / "assets.zip")
+    assert not (tmp_path / "assets.zip").exists()
+    with pytest.raises(AssetError, match="no such folder"):
+        pack_assets([tmp_path / "gone"], tmp_path / "assets.zip")
+
+
+def test_another_file_is_not_a_pack(tmp_path):
+    (tmp_path / "x.zip").write_bytes(b"no zip")
+    with pytest.raises(AssetError, match="not a pack"):
+        AssetPack(tmp_path / "x.zip")
