@@ -76,10 +76,10 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
 
 def export(job: Job, folder: Path) -> ExportedGraph:
     """Load the checkpoint and export the part of the network that the job asks for."""
-    logger.info("exporting %s", job.checkpoint)
     conversion = job.conversion
     whole = trained(conversion.architecture, job.checkpoint)
     network = job.architecture.part(whole, conversion.outputs, conversion.scale).eval()
+    logger.info("exporting %s", job.checkpoint)
     graph = to_graph(network, conversion.size, gives_maps=True)
     normalisation = split_normalisation(graph)
     apply_passes(graph, PassStage.FLOAT, PASSES)
