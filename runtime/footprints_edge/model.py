@@ -7,7 +7,7 @@ from time import perf_counter
 from typing import TypeAlias
 
 from footprints_edge.engines.engine import Engine
-from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
+from footprints_edge.engines.open_engine import open_engine
 from footprints_edge.errors import IntrinsicsError, ModelError
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import Intrinsics
@@ -160,28 +160,9 @@ def load(
             provider or engine is not available.
     """
     path = registry.resolve(model)
-    opened = _open(path, engine, threads, providers)
+    opened = open_engine(path, engine, threads=threads, providers=providers)
     registry.check(path, opened.sha256)
     return Model(opened)
-
-
-def _open(path: Path, engine: str, threads: int | None, providers: Sequence[str] | None) -> Engine:
-    if engine == "onnxruntime":
-        return OnnxRuntimeEngine(path, threads=threads, providers=providers)
-    if providers is not None:
-        raise ModelError(
-            f"providers belong to engine 'onnxruntime'; leave them out for engine {engine!r}"
-        )
-    if engine == "openvino":
-        from footprints_edge.engines.openvino_engine import OpenVinoEngine
-
-        return OpenVinoEngine(path, threads=threads)
-    if engine.startswith("onnxruntime-ep-"):
-        return OnnxRuntimeEngine(path, threads=threads, plugin=engine)
-    raise ModelError(
-        f"engine {engine!r} is unknown; choose onnxruntime, openvino, or a package that plugs into "
-        "onnxruntime: onnxruntime-ep-..."
-    )
 
 
 def _camera_of(image: DecodedImage, given: Camera | None) -> Intrinsics:

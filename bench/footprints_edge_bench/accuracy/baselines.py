@@ -37,12 +37,14 @@ class Estimate:
         ground_depth_m: the paper's D*, metres, also where there is no ground.
         visible_ground: the paper's S.
         visible_depth_m: the paper's D, metres.
+        ground_probability: the paper's S* before the threshold.
     """
 
     ground: Mask | None = None
     ground_depth_m: Floats | None = None
     visible_ground: Mask | None = None
     visible_depth_m: Floats | None = None
+    ground_probability: Floats | None = None
 
 
 def estimate_of(prediction: Prediction, size: Size) -> Estimate:
@@ -53,6 +55,7 @@ def estimate_of(prediction: Prediction, size: Size) -> Estimate:
         at_size.unmasked_ground_depth_m,
         at_size.visible_ground,
         at_size.visible_depth_m,
+        at_size.ground_probability,
     )
 
 

@@ -5,11 +5,15 @@ scores over all pixels are possible as well as the paper's means over images.
 """
 
 import math
+import operator
 from dataclasses import dataclass
 
 import numpy as np
 
 from footprints_edge.foundation.types import Floats, Mask
+
+BINS = 256
+"""Steps of probability in which `RankingCounts` counts."""
 
 DEPTH_RANGE_M = (0.5, 20.0)
 """True and predicted depths are clipped to this range before they are compared."""
@@ -64,6 +68,41 @@ class MaskCounts:
 
 
 @dataclass(frozen=True)
+class RankingCounts:
+    """How S* ranks hidden free ground and footprints, as counts of pixels by its probability.
+
+    Whoever knows what stands where gives hidden free ground the higher probability. Freespace IoU
+    hardly shows it, since visible ground dominates, and thresholds hide it.
+
+    Attributes:
+        free: pixels of hidden free ground, by probability in `BINS` equal steps from 0 to 1.
+        footprint: pixels of footprints, likewise.
+    """
+
+    free: tuple[int, ...] = (0,) * BINS
+    footprint: tuple[int, ...] = (0,) * BINS
+
+    def __add__(self, other: "RankingCounts") -> "RankingCounts":
+        """The counts of both images together."""
+        return RankingCounts(
+            tuple(map(operator.add, self.free, other.free)),
+            tuple(map(operator.add, self.footprint, other.footprint)),
+        )
+
+    @property
+    def auc(self) -> float:
+        """Probability that hidden free ground is ranked above a footprint; 0.5 is chance.
+
+        The area under the ROC curve; pixels of one step count half. NaN without pixels of a kind.
+        """
+        free, footprint = np.array(self.free, float), np.array(self.footprint, float)
+        if not free.sum() or not footprint.sum():
+            return math.nan
+        below = np.cumsum(footprint) - footprint / 2
+        return float((free * below).sum() / (free.sum() * footprint.sum()))
+
+
+@dataclass(frozen=True)
 class DepthScores:
     """Errors of a depth map; NaN where there is no true depth.
 
@@ -105,6 +144,30 @@ def footprint(predicted: Mask, true: Mask, valid: Mask, region: Mask) -> MaskCou
         region: bool (H, W), the ground with the objects on it.
     """
     return freespace(~predicted, ~true, valid & region)
+
+
+def covered(predicted: Mask, region: Mask) -> MaskCounts:
+    """Counts whose recall is the share of a region that is predicted.
+
+    Args:
+        predicted: bool (H, W).
+        region: bool (H, W), such as hidden free ground.
+    """
+    overlap = int((predicted & region).sum())
+    return MaskCounts(overlap, overlap, int(region.sum()))
+
+
+def ranking(probability: Floats, free: Mask, footprint: Mask) -> RankingCounts:
+    """Counts of two kinds of pixels by the probability of ground.
+
+    Args:
+        probability: float32 (H, W), S*.
+        free: bool (H, W), hidden free ground.
+        footprint: bool (H, W), footprints.
+    """
+    step = np.minimum((np.clip(probability, 0, 1) * BINS).astype(np.intp), BINS - 1)
+    counts = (np.bincount(step[where], minlength=BINS).tolist() for where in (free, footprint))
+    return RankingCounts(*map(tuple, counts))
 
 
 def depth(predicted_m: Floats, true_m: Floats) -> DepthScores:

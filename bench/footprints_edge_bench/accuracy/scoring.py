@@ -2,14 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from typing import Any
 
 from footprints_edge.prediction import Prediction
 from footprints_edge_bench.accuracy import metrics
 from footprints_edge_bench.accuracy.baselines import Estimate, baselines, estimate_of
-from footprints_edge_bench.accuracy.metrics import DepthScores, MaskCounts, number_or_none
+from footprints_edge_bench.accuracy.metrics import (
+    DepthScores,
+    MaskCounts,
+    RankingCounts,
+    number_or_none,
+)
 from footprints_edge_bench.geometry.boxes import Box
 from footprints_edge_bench.geometry.voxels import VoxelGrid
 from footprints_edge_bench.ground_truth.base import GroundTruth
+
+FEWEST_HIDDEN_PX = 200
+"""Images with no more hidden free ground do not count for the share of it that is found."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +31,10 @@ class MethodScores:
         visible_ground: S over the image.
         ground_depth: D*, the paper's hidden depth.
         visible_depth: D.
+        hidden_ground: S* over hidden free ground; its recall is the share found.
+        outside: S* where there is neither ground nor a footprint; its recall is the share called
+            ground by mistake.
+        ranking: S* of hidden free ground against S* of footprints.
     """
 
     freespace: MaskCounts | None = None
@@ -29,8 +42,11 @@ class MethodScores:
     visible_ground: MaskCounts | None = None
     ground_depth: DepthScores | None = None
     visible_depth: DepthScores | None = None
+    hidden_ground: MaskCounts | None = None
+    outside: MaskCounts | None = None
+    ranking: RankingCounts | None = None
 
-    def as_json(self) -> dict[str, dict[str, float] | None]:
+    def as_json(self) -> dict[str, dict[str, Any] | None]:
         """Plain values, as :meth:`from_json` takes them."""
         return asdict(self)
 
@@ -40,7 +56,7 @@ class MethodScores:
         return None if found is None else number_or_none(getattr(found, measure))
 
     @classmethod
-    def from_json(cls, values: Mapping[str, Mapping[str, float] | None]) -> "MethodScores":
+    def from_json(cls, values: Mapping[str, Mapping[str, Any] | None]) -> "MethodScores":
         """The scores from the values of :meth:`as_json`."""
 
         def counts(part: str) -> MaskCounts | None:
@@ -53,12 +69,16 @@ class MethodScores:
             found = values[part]
             return None if found is None else DepthScores(**found)
 
+        ranked = values["ranking"]
         return cls(
             counts("freespace"),
             counts("footprint"),
             counts("visible_ground"),
             depth("ground_depth"),
             depth("visible_depth"),
+            counts("hidden_ground"),
+            counts("outside"),
+            None if ranked is None else RankingCounts(**{k: tuple(v) for k, v in ranked.items()}),
         )
 
 
@@ -106,4 +126,31 @@ def judge(estimate: Estimate, ground_truth: GroundTruth) -> MethodScores:
         ground_depth = metrics.depth(estimate.ground_depth_m, ground_truth.ground_depth_m)
     if estimate.visible_depth_m is not None and ground_truth.visible_depth_m is not None:
         visible_depth = metrics.depth(estimate.visible_depth_m, ground_truth.visible_depth_m)
-    return MethodScores(freespace, footprint, visible_ground, ground_depth, visible_depth)
+    return MethodScores(
+        freespace,
+        footprint,
+        visible_ground,
+        ground_depth,
+        visible_depth,
+        *_behind_things(estimate, ground_truth),
+    )
+
+
+def _behind_things(
+    estimate: Estimate, ground_truth: GroundTruth
+) -> tuple[MaskCounts | None, MaskCounts | None, RankingCounts | None]:
+    """Scores of what stands where: hidden ground found, ground by mistake, and the ranking."""
+    ground, visible, region = ground_truth.ground, ground_truth.visible_ground, ground_truth.region
+    if estimate.ground is None or ground is None or visible is None or region is None:
+        return None, None, None
+    free = ground.mask & ~visible.mask & ground.valid & visible.valid
+    taken = region & ~ground.mask & ground.valid
+    enough = int(free.sum()) > FEWEST_HIDDEN_PX
+    ranked = None
+    if estimate.ground_probability is not None:
+        ranked = metrics.ranking(estimate.ground_probability, free, taken)
+    return (
+        metrics.covered(estimate.ground, free) if enough else None,
+        metrics.covered(estimate.ground, ~region & ~ground.mask & ground.valid),
+        ranked,
+    )

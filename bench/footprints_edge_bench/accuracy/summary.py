@@ -1,11 +1,18 @@
 """Summaries of many images: the paper's means over images, and scores pooled over all pixels."""
 
 import math
+import operator
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
-from footprints_edge_bench.accuracy.metrics import DepthScores, MaskCounts, number_or_none
+from footprints_edge_bench.accuracy.metrics import (
+    DepthScores,
+    MaskCounts,
+    RankingCounts,
+    number_or_none,
+)
 from footprints_edge_bench.accuracy.results import ImageScores
 
 MASK_MEASURES = ("iou", "f1", "precision", "recall")
@@ -16,6 +23,9 @@ MEASURES = {
     "visible_ground": MASK_MEASURES,
     "ground_depth": DEPTH_MEASURES,
     "visible_depth": DEPTH_MEASURES,
+    "hidden_ground": ("recall",),
+    "outside": ("recall",),
+    "ranking": ("auc",),
 }
 """Measures of each part of :class:`~footprints_edge_bench.accuracy.scoring.MethodScores`."""
 
@@ -60,14 +70,14 @@ def _of_row(scores: Iterable[Any]) -> dict[str, ScoreSummary]:
 
 
 def _summary(
-    found: list[MaskCounts] | list[DepthScores], measures: tuple[str, ...]
+    found: list[MaskCounts] | list[DepthScores] | list[RankingCounts], measures: tuple[str, ...]
 ) -> ScoreSummary:
     scored = [each for each in found if not math.isnan(getattr(each, measures[0]))]
     means = {measure: _mean([getattr(each, measure) for each in scored]) for measure in measures}
     pooled = {}
-    counts = [each for each in found if isinstance(each, MaskCounts)]
+    counts = [each for each in found if not isinstance(each, DepthScores)]
     if counts:
-        total = sum(counts, MaskCounts(0, 0, 0))
+        total = reduce(operator.add, counts)
         pooled = {measure: float(getattr(total, measure)) for measure in measures}
     return ScoreSummary(len(scored), means, pooled)
 

@@ -53,6 +53,11 @@ TABLES: dict[str, tuple[Column, ...]] = {
         Column("Footprint IoU", "footprint", "iou"),
         Column("Footprint F1", "footprint", "f1"),
     ),
+    "Behind things (S*)": (
+        Column("AUC, hidden free against footprint", "ranking", "auc", pooled=True),
+        Column("Hidden ground found", "hidden_ground", "recall"),
+        Column("Non-ground called ground", "outside", "recall", lowest_is_best=True),
+    ),
     "Hidden depth (D*)": _depth_columns("ground_depth"),
     "Visible ground (S)": (
         Column("IoU", "visible_ground", "iou"),

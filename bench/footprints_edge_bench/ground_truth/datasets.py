@@ -10,6 +10,7 @@ from pathlib import Path
 
 from footprints_edge_bench.ground_truth.base import EvaluationDataset, GroundTruthError, Item
 from footprints_edge_bench.ground_truth.clip import is_clip, read_clip
+from footprints_edge_bench.ground_truth.hand_drawn import is_hand_drawn_folder, read_hand_drawn
 from footprints_edge_bench.ground_truth.kitti import is_kitti_folder, read_kitti
 from footprints_edge_bench.ground_truth.matterport import is_matterport_folder, read_matterport
 from footprints_edge_bench.ground_truth.photos import is_photo_folder, read_photos
@@ -38,10 +39,12 @@ class DatasetKind:
     Attributes:
         recognises: whether a folder is of this kind, by the files in it.
         read: yields the items of a folder; their names are unique in the folder.
+        in_groups: whether names begin with a group and a slash; each group is a dataset.
     """
 
     recognises: Callable[[Path], bool]
     read: Callable[[Path, ReadingOptions], Iterator[Item]]
+    in_groups: bool = False
 
 
 KINDS: dict[str, DatasetKind] = {
@@ -52,6 +55,9 @@ KINDS: dict[str, DatasetKind] = {
     ),
     "Matterport": DatasetKind(
         is_matterport_folder, lambda folder, reading: read_matterport(folder, reading.images)
+    ),
+    "hand-drawn ground": DatasetKind(
+        is_hand_drawn_folder, lambda folder, _: read_hand_drawn(folder), in_groups=True
     ),
     "photos": DatasetKind(
         is_photo_folder, lambda folder, reading: read_photos(folder, reading.walkable, reading.void)
@@ -109,29 +115,36 @@ class Subset:
         return items[begin : end : self.every]
 
 
-def open_dataset(folder: Path, reading: ReadingOptions, subset: Subset) -> EvaluationDataset:
+def open_folder(folder: Path, reading: ReadingOptions, subset: Subset) -> list[EvaluationDataset]:
     """The images of a folder that are in the subset; no ground truth is read yet.
+
+    Most folders are one dataset. One in groups is a dataset for each: FOLDER-GROUP.
 
     Raises:
         GroundTruthError: the folder is of no known kind, or the subset is empty.
     """
     for name, kind in KINDS.items():
         if folder.is_dir() and kind.recognises(folder):
-            title = folder.resolve().name
-            named = (
-                replace(item, name=f"{title}/{item.name}") for item in kind.read(folder, reading)
-            )
-            items = subset.of(title, tuple(named))
-            if not items:
+            titled: dict[str, list[Item]] = {}
+            for item in kind.read(folder, reading):
+                group, image = item.name.split("/", 1) if kind.in_groups else ("", item.name)
+                title = "-".join(filter(None, (folder.resolve().name, group)))
+                titled.setdefault(title, []).append(replace(item, name=f"{title}/{image}"))
+            found = [
+                EvaluationDataset(title, name, items)
+                for title, every in titled.items()
+                if (items := subset.of(title, tuple(every)))
+            ]
+            if not found:
                 raise GroundTruthError(
                     f"{folder}: no image is left in the requested part; widen --frames, or lower "
                     "--every"
                 )
-            return EvaluationDataset(title, name, items)
+            return found
     raise GroundTruthError(
         f"{folder}: not a dataset with ground truth; it needs sequence.json (clip), scenes.json "
-        "(synthetic scenes), *_combined.png (KITTI), *_groundtruth.npy (Matterport), or images/ "
-        "and labels/ (photos); see docs/accuracy.md"
+        "(synthetic scenes), *_combined.png (KITTI), *_groundtruth.npy (Matterport), truth.json "
+        "(hand-drawn ground), or images/ and labels/ (photos); see docs/accuracy.md"
     )
 
 
@@ -141,9 +154,11 @@ def open_datasets(
     """The images of several folders that are in the subset.
 
     Raises:
-        GroundTruthError: see :func:`open_dataset`; or two folders have the same name.
+        GroundTruthError: see :func:`open_folder`; or two folders have the same name.
     """
-    datasets = tuple(open_dataset(folder, reading, subset) for folder in folders)
+    datasets = tuple(
+        dataset for folder in folders for dataset in open_folder(folder, reading, subset)
+    )
     names = [dataset.name for dataset in datasets]
     if twins := sorted({name for name in names if names.count(name) > 1}):
         raise GroundTruthError(

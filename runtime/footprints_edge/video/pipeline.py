@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from queue import Empty, Full, Queue
+from queue import Full, Queue
 from threading import Event, Semaphore, Thread
 from time import perf_counter
 from typing import Generic, Protocol
@@ -12,12 +12,7 @@ from footprints_edge.errors import FootprintsError, VideoError
 from footprints_edge.foundation.types import Rgb
 from footprints_edge.maps.ground_maps import GroundMaps, MapsT
 from footprints_edge.video.capture import Video, VideoFrame
-
-QUEUE_SIZE = 2
-"""Maximum number of frames that wait between two stages."""
-
-_POLL_S = 0.1
-"""Interval at which a waiting stage checks whether the others have stopped."""
+from footprints_edge.video.frame_queue import POLL_S, QUEUE_SIZE, FrameQueue
 
 
 class Sink(Protocol):
@@ -153,49 +148,28 @@ class _Decoder(_Stage):
     def __init__(self, video: Video, stats: VideoStats) -> None:
         super().__init__()
         self._video, self._stats = video, stats
-        self._queue: Queue[VideoFrame] = Queue(QUEUE_SIZE)
-        self._stop_requested = Event()
+        self._queue = FrameQueue(live=video.live, on_drop=self._count_dropped)
 
     def work(self) -> None:
         frames = self._video.frames
         try:
             for frame in frames:
-                self._offer(frame)
-                if self._stop_requested.is_set():
+                self._queue.put(frame)
+                if self._queue.stopped:
                     break
         finally:
             if close := getattr(frames, "close", None):
                 close()
 
-    def _offer(self, frame: VideoFrame) -> None:
-        while not self._stop_requested.is_set():
-            try:
-                self._queue.put(frame, timeout=0 if self._video.live else _POLL_S)
-                return
-            except Full:
-                if self._video.live:
-                    self._drop_oldest()
-
-    def _drop_oldest(self) -> None:
-        try:
-            self._queue.get_nowait()
-            self._stats.dropped += 1
-        except Empty:  # it has just been taken
-            pass
+    def _count_dropped(self) -> None:
+        self._stats.dropped += 1
 
     def next(self) -> VideoFrame | None:
         """The next frame; None after the last one, or after `stop`."""
-        while not self._stop_requested.is_set():
-            ended = self.stopped.is_set()
-            try:
-                return self._queue.get(timeout=0 if ended else _POLL_S)
-            except Empty:
-                if ended:
-                    return None
-        return None
+        return self._queue.get(self.stopped.is_set)
 
     def stop(self) -> None:
-        self._stop_requested.set()
+        self._queue.stop()
 
     def end(self) -> None:
         self.stop()
@@ -273,7 +247,7 @@ class _Writer(_Stage):
     def _put(self, item: tuple[VideoFrame, GroundMaps] | None) -> None:
         while not self.stopped.is_set():
             try:
-                self._queue.put(item, timeout=_POLL_S)
+                self._queue.put(item, timeout=POLL_S)
                 return
             except Full:
                 pass

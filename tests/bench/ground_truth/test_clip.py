@@ -6,7 +6,7 @@ from footprints_edge_bench.geometry.convex_hull import convex_hull
 from footprints_edge_bench.ground_truth.datasets import (
     ReadingOptions,
     Subset,
-    open_dataset,
+    open_folder,
 )
 
 ALL = Subset()
@@ -17,7 +17,7 @@ def loaded(dataset):
 
 
 def test_ground_truth_is_what_the_whole_clip_saw(clip, camera, pose, floor_of):
-    dataset = open_dataset(clip, ReadingOptions(), ALL)
+    (dataset,) = open_folder(clip, ReadingOptions(), ALL)
     assert dataset.kind == "clip"
     ground_truths = loaded(dataset)
     assert list(ground_truths) == [f"walk/f{i}" for i in range(10)]

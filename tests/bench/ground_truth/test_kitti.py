@@ -8,7 +8,7 @@ from footprints_edge_bench.ground_truth.base import GroundTruthError
 from footprints_edge_bench.ground_truth.datasets import (
     ReadingOptions,
     Subset,
-    open_dataset,
+    open_folder,
 )
 
 SIZE = (120, 160)
@@ -28,7 +28,7 @@ def loaded(dataset):
 def test_ground_is_the_polygon_without_the_footprints(kitti, tmp_path):
     for number in ("00000", "00001"):
         save_picture(tmp_path / "pictures" / f"{number}.png")
-    dataset = open_dataset(kitti, ReadingOptions(images=tmp_path / "pictures"), ALL)
+    (dataset,) = open_folder(kitti, ReadingOptions(images=tmp_path / "pictures"), ALL)
     assert dataset.kind == "KITTI"
     ground_truths = loaded(dataset)
     assert list(ground_truths) == ["annotations/00000", "annotations/00001"]
@@ -59,13 +59,13 @@ def test_kitti_pictures_come_in_the_order_of_the_split(kitti, tmp_path, lines, e
     save_picture(raw / expected)
     split = raw / "test_files.txt"
     split.write_text("\n".join(lines) + "\n")
-    dataset = open_dataset(kitti, ReadingOptions(images=split), ALL)
+    (dataset,) = open_folder(kitti, ReadingOptions(images=split), ALL)
     assert dataset.items[1].load().image == raw / expected
 
 
 def test_a_split_that_is_too_short_is_said_so(kitti, tmp_path):
     split = tmp_path / "split.txt"
     split.write_text("one.jpg\n")
-    dataset = open_dataset(kitti, ReadingOptions(images=split), ALL)
+    (dataset,) = open_folder(kitti, ReadingOptions(images=split), ALL)
     with pytest.raises(GroundTruthError, match="lists 1 images"):
         dataset.items[1].load()

@@ -7,7 +7,7 @@ from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_bench.ground_truth.datasets import (
     ReadingOptions,
     Subset,
-    open_dataset,
+    open_folder,
 )
 
 ALL = Subset()
@@ -19,7 +19,7 @@ def loaded(dataset):
 
 def test_ground_truth_is_what_the_files_say(matterport, tmp_path):
     folder, raw = matterport
-    dataset = open_dataset(folder, ReadingOptions(images=tmp_path / "raw"), ALL)
+    (dataset,) = open_folder(folder, ReadingOptions(images=tmp_path / "raw"), ALL)
     assert dataset.kind == "Matterport"
     ((name, ground_truth),) = loaded(dataset).items()
     assert name == "truth/scan1_abc_1_4"
@@ -41,7 +41,7 @@ def test_matterport_s_measured_depth_shows_what_is_visible(matterport, tmp_path)
     units = (depth_m / 0.00025).astype(np.uint16)
     Image.fromarray(units).save(raw / "matterport_depth_images" / "abc_d1_4.png")
     (ground_truth,) = loaded(
-        open_dataset(folder, ReadingOptions(images=tmp_path / "raw"), ALL)
+        open_folder(folder, ReadingOptions(images=tmp_path / "raw"), ALL)[0]
     ).values()
     rows, columns = np.mgrid[:64, :80]
     expected = (rows >= 32) & (columns >= 40) & (columns < 75)

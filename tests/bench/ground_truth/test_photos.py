@@ -8,7 +8,7 @@ from footprints_edge_bench.ground_truth.base import GroundTruthError
 from footprints_edge_bench.ground_truth.datasets import (
     ReadingOptions,
     Subset,
-    open_dataset,
+    open_folder,
 )
 
 SIZE = (120, 160)
@@ -28,10 +28,10 @@ def test_labelled_photos_say_what_is_visible(tmp_path):
     ids = np.full(SIZE, 7, np.uint8)
     ids[40:, :50], ids[40:, 50:90], ids[40:, 90:] = 3, 4, 11
     Image.fromarray(ids).save(folder / "labels" / "a.png")
-    dataset = open_dataset(folder, ReadingOptions(walkable=(3, 4), void=(11,)), ALL)
+    (dataset,) = open_folder(folder, ReadingOptions(walkable=(3, 4), void=(11,)), ALL)
     ground_truth = dataset.items[0].load()
     np.testing.assert_array_equal(ground_truth.visible_ground.mask, (ids == 3) | (ids == 4))
     np.testing.assert_array_equal(ground_truth.visible_ground.valid, ids != 11)
     assert ground_truth.ground is None and ground_truth.region is None
     with pytest.raises(GroundTruthError, match="--walkable"):
-        open_dataset(folder, ReadingOptions(), ALL)
+        open_folder(folder, ReadingOptions(), ALL)

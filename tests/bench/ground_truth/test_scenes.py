@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("embreex", reason="scenes are made by ray casting")
 
 from footprints_edge_bench.accuracy.baselines import without_footprints
-from footprints_edge_bench.ground_truth.datasets import ReadingOptions, Subset, open_dataset
+from footprints_edge_bench.ground_truth.datasets import ReadingOptions, Subset, open_folder
 from footprints_edge_models.scenes.make import make_scenes
 from footprints_edge_models.scenes.storage.files import SceneSettings
 
@@ -20,7 +20,7 @@ def ground_truths(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scenes") / "made"
     settings = SceneSettings("test", 5, (96, 160))
     make_scenes(folder, settings, [], COUNT, 1, lambda _: None)
-    dataset = open_dataset(folder, ReadingOptions(), Subset())
+    (dataset,) = open_folder(folder, ReadingOptions(), Subset())
     assert dataset.kind == "synthetic scenes"
     return [item.load() for item in dataset.items]
 
@@ -74,8 +74,8 @@ def test_boxes_and_voxels_come_with_the_scenes(ground_truths):
 def test_a_renamed_folder_keeps_its_boxes(scenes, tmp_path):
     renamed = tmp_path / "renamed"
     shutil.copytree(scenes, renamed)
-    before, after = (
-        open_dataset(folder, ReadingOptions(), Subset()) for folder in (scenes, renamed)
+    (before,), (after,) = (
+        open_folder(folder, ReadingOptions(), Subset()) for folder in (scenes, renamed)
     )
     for one, other in zip(before.items, after.items, strict=True):
         assert len(one.load().boxes) == len(other.load().boxes) > 0
