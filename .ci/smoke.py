@@ -14,7 +14,7 @@ def main() -> None:
     loaded = {"torch", "onnx", "cv2", "typer", "matplotlib"} & set(sys.modules)
     assert not loaded, f"a prediction imported {loaded}"
     folder = Path(sys.executable).parent
-    for command in ("fp-infer", "fp-models", "fp-export", "fp-train"):
+    for command in ("fp-infer", "fp-models", "fp-export", "fp-train", "fp-bench"):
         subprocess.run([folder / command, "--help"], check=True, stdout=subprocess.DEVNULL)
     written = subprocess.run(
         [folder / "fp-infer", sys.argv[1], "-o", "out"], check=True, stdout=subprocess.PIPE

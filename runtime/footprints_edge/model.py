@@ -110,6 +110,10 @@ class Model:
         """
         if not 0 <= threshold <= 1:
             raise ValueError(f"threshold is {threshold}; it is a probability: give 0 to 1")
+        if not (intrinsics is None or isinstance(intrinsics, Intrinsics) or callable(intrinsics)):
+            raise IntrinsicsError(
+                f"intrinsics is a {type(intrinsics).__name__}; pass fp.Intrinsics(fx, fy, cx, cy)"
+            )
         times = [perf_counter()]
         decoded = self.decode(image)
         times.append(perf_counter())
@@ -168,12 +172,8 @@ def load(
 def _camera_of(image: DecodedImage, given: Camera | None) -> Intrinsics:
     if isinstance(given, Intrinsics):
         return given
-    if callable(given):
-        return given(image.size)
     if given is not None:
-        raise IntrinsicsError(
-            f"intrinsics is a {type(given).__name__}; pass fp.Intrinsics(fx, fy, cx, cy)"
-        )
+        return given(image.size)
     if image.focal_35mm is not None:
         return Intrinsics.from_focal_35mm(image.focal_35mm, image.size)
     return Intrinsics.assumed(image.size)
