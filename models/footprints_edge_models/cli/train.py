@@ -44,6 +44,12 @@ def edge(
     moving_objects: Annotated[
         bool, typer.Option(help="Ignore the ground behind moving objects, or learn from it.")
     ] = True,
+    hidden_weight: Annotated[
+        float, typer.Option(help="Weight of hidden ground in the loss of S* (eq. 3a).")
+    ] = 1.0,
+    footprint_weight: Annotated[
+        float, typer.Option(help="Weight of footprints in the loss of S* (eq. 3b).")
+    ] = 3.0,
     device: Device = "auto",
 ) -> None:
     """Train the edge network on every dataset found in DATA; print the path of its weights."""
@@ -57,6 +63,8 @@ def edge(
             lambda_unknown=lambda_unknown,
             footprint_masks=footprint_masks,
             moving_objects=moving_objects,
+            hidden_weight=hidden_weight,
+            footprint_weight=footprint_weight,
         )
         typer.echo(_train(data, recipe, run, device))
 

@@ -31,6 +31,7 @@ class VirtualView:
     visible_ground: NDArray[np.float32]
     visible_ground_valid: NDArray[np.float32]
     ground: NDArray[np.float32]
+    ground_weight: NDArray[np.float32]
     untraversable: NDArray[np.float32]
     unknown_weight: NDArray[np.float32]
     moving: NDArray[np.float32]
@@ -131,6 +132,7 @@ def render_view(
         image if rng is None else jitter_colours(image, rng),
         (visible == YES).astype(np.float32),
         (visible != UNKNOWN).astype(np.float32),
+        (ground == YES).astype(np.float32),
         (ground == YES).astype(np.float32),
         (ground == NO).astype(np.float32) + FOOTPRINT_WEIGHT * (ground == FOOTPRINT),
         LAMBDA * (ground == UNSEEN).astype(np.float32),

@@ -21,6 +21,7 @@ class Targets:
         visible_ground: 1 where the surface seen is walkable, 0 where not.
         visible_ground_valid: valid mask of ``visible_ground``: 1 where there is a label.
         ground: 1 on pixels known to be traversable, seen or hidden.
+        ground_weight: weight of eq. 3a on these pixels, 0 elsewhere.
         untraversable: weight of eq. 3b on pixels known to be untraversable, 0 elsewhere.
         unknown_weight: weight of eq. 3c on the unknown pixels: lambda where a video covers the
             place and no frame saw ground there, 0 where nothing is known.
@@ -32,6 +33,7 @@ class Targets:
     visible_ground: torch.Tensor
     visible_ground_valid: torch.Tensor
     ground: torch.Tensor
+    ground_weight: torch.Tensor
     untraversable: torch.Tensor
     unknown_weight: torch.Tensor
     moving: torch.Tensor

@@ -22,7 +22,7 @@ def visible_ground_loss(logit: torch.Tensor, targets: Targets) -> torch.Tensor:
 def ground_loss(logit: torch.Tensor, targets: Targets) -> torch.Tensor:
     """Eq. 3 over the three pixel sets of S*, scalar."""
     loss = F.binary_cross_entropy_with_logits(logit, targets.ground, reduction="none")
-    decided = torch.maximum(targets.ground, targets.untraversable)
+    decided = torch.maximum(targets.ground_weight, targets.untraversable)
     weight = decided * (1 - targets.moving) + (decided == 0) * targets.unknown_weight
     return (loss * weight).mean()
 

@@ -13,6 +13,13 @@ from footprints_edge_models.data.augmentation import render_view
 from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.networks.channels import disparity_to_depth_m
 
+HELD_OUT = {
+    "visible_ground_iou": "held out: visible ground IoU",
+    "ground_depth_abs_rel": "held out: ground depth abs rel",
+    "hidden_auc": "held out: AUC of hidden ground against footprints",
+}
+"""Columns of ``validation.csv`` that are plotted, and their titles."""
+
 GREEN, BLUE = (40, 200, 90), (60, 120, 255)
 
 
@@ -26,8 +33,8 @@ def draw_curves(run: Path) -> None:
     if (run / "validation.csv").exists():  # there is none where nothing is held out
         with (run / "validation.csv").open() as file:
             validation = list(csv.DictReader(file))
-    figure = Figure(figsize=(15, 4), layout="constrained")
-    left, middle, right = figure.subplots(1, 3)
+    figure = Figure(figsize=(20, 4), layout="constrained")
+    left, *others = figure.subplots(1, 4)
     steps = np.array([int(row["step"]) for row in train])
     window = max(1, len(train) // 100)
     for name in ("visible_ground", "ground", "visible_depth", "ground_depth"):
@@ -35,17 +42,14 @@ def draw_curves(run: Path) -> None:
         smooth = np.convolve(values, np.ones(window) / window, "valid")
         left.plot(steps[window - 1 :], smooth, label=name)
     left.set(title="training losses", xlabel="step", yscale="log")
-    for axes, column, title in (
-        (middle, "visible_ground_iou", "held out: visible ground IoU"),
-        (right, "ground_depth_abs_rel", "held out: ground depth abs rel"),
-    ):
+    for axes, (column, title) in zip(others, HELD_OUT.items(), strict=True):
         for name in sorted({row["dataset"] for row in validation}):
             rows = [row for row in validation if row["dataset"] == name]
-            scores = [float(row[column]) for row in rows]
+            scores = [float(row.get(column) or "nan") for row in rows]
             if np.isfinite(scores).any():
                 axes.plot([int(row["step"]) for row in rows], scores, ".-", label=name)
         axes.set(title=title, xlabel="step")
-    for axes in (left, middle, right):
+    for axes in (left, *others):
         if axes.get_lines():
             axes.legend()
         axes.grid(alpha=0.3)

@@ -8,7 +8,7 @@ import torch
 
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.size_text import parse_size
-from footprints_edge_models.data.targets import LAMBDA, Targets
+from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT, LAMBDA, Targets
 from footprints_edge_models.networks.registry import NETWORKS
 
 
@@ -61,6 +61,9 @@ class Recipe:
         footprint_masks: learn from pixels known to be untraversable (eq. 3b); without, they count
             as unknown.
         moving_objects: leave the ground behind moving objects out of eq. 3a.
+        hidden_weight: weight of hidden ground in eq. 3a. Such pixels are few, and the paper weighs
+            them as all others: then their gradient drowns beside the easy ones.
+        footprint_weight: weight of footprints in eq. 3b.
         init: file of the weights to begin with, a state dict; None begins with the network's
             pretrained encoder, or with random weights where it has none.
         lr_scale: factor on both learning rates; below 1 to fine-tune without forgetting.
@@ -78,11 +81,13 @@ class Recipe:
     lambda_unknown: float = LAMBDA
     footprint_masks: bool = True
     moving_objects: bool = True
+    hidden_weight: float = 1.0
+    footprint_weight: float = FOOTPRINT_WEIGHT
     init: str | None = None
     lr_scale: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuses an unknown network, a lambda outside [0, 1], and a scale outside (0, 1].
+        """Refuses an unknown network and numbers that make no sense.
 
         Raises:
             TrainingError: if it is.
@@ -93,6 +98,11 @@ class Recipe:
             raise TrainingError(
                 f"lambda {self.lambda_unknown}: the paper's lambda lies between 0 and 1"
             )
+        for name in ("hidden_weight", "footprint_weight"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise TrainingError(
+                    f"{name.replace('_', ' ')} {getattr(self, name)}: give a positive number"
+                )
         if not 0 < self.lr_scale <= 1:
             raise TrainingError(
                 f"learning-rate scale {self.lr_scale}: give a factor above 0, at most 1"
@@ -125,21 +135,40 @@ _FORMER_NAMES = {
 }
 
 
+_FORMER_DEFAULTS = {
+    "network": "edge",
+    "hidden_weight": 1.0,
+    "footprint_weight": FOOTPRINT_WEIGHT,
+}
+"""What runs did that were begun before these fields existed."""
+
+
 def is_same_recipe(stored: dict[str, Any], recipe: Recipe) -> bool:
     """Whether a checkpoint's recipe, as ``asdict`` gave it, is this one.
 
-    Runs begun by earlier versions named the fields otherwise, and had one network only.
+    Runs begun by earlier versions named the fields otherwise, and had fewer.
     """
     named = {_FORMER_NAMES.get(name, name): value for name, value in stored.items()}
-    return {"network": "edge", **named} == asdict(recipe)
+    return {**_FORMER_DEFAULTS, **named} == asdict(recipe)
 
 
 def switched(targets: Targets, recipe: Recipe) -> Targets:
     """The targets without what a recipe leaves out (paper, Table 2), and with its lambda."""
-    untraversable = targets.untraversable
+    is_footprint = targets.untraversable > 1
+    untraversable = torch.where(is_footprint, recipe.footprint_weight, targets.untraversable)
+    is_hidden = (targets.visible_ground == 0) & (targets.visible_ground_valid > 0)
+    ground_weight = torch.where(
+        is_hidden, targets.ground_weight * recipe.hidden_weight, targets.ground_weight
+    )
     unknown = targets.unknown_weight * (recipe.lambda_unknown / LAMBDA)
     if not recipe.footprint_masks:
         unknown = torch.maximum(unknown, recipe.lambda_unknown * (untraversable > 0))
         untraversable = torch.zeros_like(untraversable)
     moving = targets.moving if recipe.moving_objects else torch.zeros_like(targets.moving)
-    return replace(targets, untraversable=untraversable, unknown_weight=unknown, moving=moving)
+    return replace(
+        targets,
+        ground_weight=ground_weight,
+        untraversable=untraversable,
+        unknown_weight=unknown,
+        moving=moving,
+    )

@@ -1,10 +1,12 @@
 """Scores of a network on held-out samples, per dataset, as training logs them."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import nn
 
 from footprints_edge_models.data.augmentation import render_view
@@ -25,6 +27,8 @@ class ValidationScores:
         visible_depth_abs_rel: mean |d - d^| / d of D, canonical camera.
         ground_depth_abs_rel: the same of D*.
         ground_depth_a1: share of D* within a factor of 1.25.
+        hidden_auc: how often S* is higher on hidden ground than on a footprint; 0.5 is chance: the
+            network does not know where things stand.
     """
 
     visible_ground_iou: float
@@ -32,6 +36,7 @@ class ValidationScores:
     visible_depth_abs_rel: float
     ground_depth_abs_rel: float
     ground_depth_a1: float
+    hidden_auc: float
 
 
 @torch.no_grad()
@@ -41,6 +46,7 @@ def validate(
     """ValidationScores on the central views of samples, one at a time."""
     device = next(network.parameters()).device
     pixels = np.zeros(9)
+    hidden_logits, footprint_logits = [], []
     for sample in samples:
         image, targets = stack([render_view(sample, size, focal_px=focal_px_at(size))])
         targets = targets.to(device)
@@ -52,6 +58,9 @@ def validate(
         true_visible, true_ground = targets.visible_ground > 0, targets.ground > 0
         has_visible_m, has_ground_m = targets.visible_depth_m > 0, targets.ground_depth_m > 0
         visible_error = (visible_m / targets.visible_depth_m - 1).abs()[has_visible_m]
+        hidden = true_ground & ~true_visible & valid
+        hidden_logits.append(raw[:, 1][hidden].float().cpu().numpy())
+        footprint_logits.append(raw[:, 1][targets.untraversable > 1].float().cpu().numpy())
         ratio = (ground_m / targets.ground_depth_m)[has_ground_m]
         pixels += np.array(
             [
@@ -68,7 +77,20 @@ def validate(
         )
     with np.errstate(invalid="ignore"):
         values = pixels[[0, 2, 4, 6, 7]] / pixels[[1, 3, 5, 8, 8]]
-    return ValidationScores(*(float(value) for value in values))
+    auc = rank_auc(np.concatenate(hidden_logits), np.concatenate(footprint_logits))
+    return ValidationScores(*map(float, values), hidden_auc=auc)
+
+
+def rank_auc(high: NDArray[np.float32], low: NDArray[np.float32]) -> float:
+    """Share of pairs (one of `high`, one of `low`) that are in order; NaN if one is empty.
+
+    The area under the ROC curve, by ranks (Mann and Whitney, 1947).
+    """
+    if not len(high) or not len(low):
+        return math.nan
+    low = np.sort(low)
+    below = np.searchsorted(low, high, "left") + np.searchsorted(low, high, "right")
+    return float(below.mean() / 2 / len(low))
 
 
 def validate_all(

@@ -28,6 +28,7 @@ def nothing_known(*shape):
 def with_targets(*shape, **known):
     filled = nothing_known(*shape)
     filled.update({name: torch.as_tensor(value).float() for name, value in known.items()})
+    filled["ground_weight"] = filled["ground"]
     return Targets(**filled)
 
 
@@ -55,6 +56,7 @@ def published_targets(inputs, prior):
         visible_ground=inputs["target_visible_ground"],
         visible_ground_valid=ones,
         ground=inputs["target_all_ground"],
+        ground_weight=inputs["target_all_ground"],
         untraversable=inputs["target_depth_mask"],
         unknown_weight=prior * ones,
         moving=inputs["target_moving_object_mask"],

@@ -1,6 +1,7 @@
 """Recipes: schedules, learning rates, and the switches of the loss."""
 
 import math
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,13 @@ import torch
 
 from footprints_edge_models.data.targets import Targets
 from footprints_edge_models.training.losses import ground_loss
-from footprints_edge_models.training.recipe import Recipe, ScheduleStage, TrainingError, switched
+from footprints_edge_models.training.recipe import (
+    Recipe,
+    ScheduleStage,
+    TrainingError,
+    is_same_recipe,
+    switched,
+)
 
 
 def test_a_stage_is_read_from_text():
@@ -40,9 +47,14 @@ def test_the_rate_warms_up_and_falls_to_nothing():
     assert rates[-1] < 0.01
 
 
+HIDDEN = {"visible_ground": 0.0, "visible_ground_valid": 1.0}
+SEEN = {"visible_ground": 1.0, "visible_ground_valid": 1.0}
+
+
 def one_pixel(**known):
     zero = torch.zeros(1, 1, 1)
     fields = dict.fromkeys(Targets.__dataclass_fields__, zero)
+    known = {"ground_weight": known.get("ground", 0.0)} | known
     return Targets(**(fields | {name: torch.full((1, 1, 1), v) for name, v in known.items()}))
 
 
@@ -64,6 +76,14 @@ def one_pixel(**known):
         ),
         ({}, {"ground": 1.0, "moving": 1.0}, 0.8, 0.0),
         ({"moving_objects": False}, {"ground": 1.0, "moving": 1.0}, 0.8, -math.log(0.8)),
+        # ground that is known to be hidden; that is seen; of which nobody knows whether it is seen
+        ({"hidden_weight": 5.0}, {"ground": 1.0, **HIDDEN}, 0.8, -5 * math.log(0.8)),
+        ({"hidden_weight": 5.0}, {"ground": 1.0, **SEEN}, 0.8, -math.log(0.8)),
+        ({"hidden_weight": 5.0}, {"ground": 1.0}, 0.8, -math.log(0.8)),
+        ({"hidden_weight": 5.0}, {"untraversable": 1.0, **HIDDEN}, 0.8, -math.log(0.2)),
+        # a footprint; another pixel that is known not to be ground
+        ({"footprint_weight": 5.0}, {"untraversable": 3.0}, 0.8, -5 * math.log(0.2)),
+        ({"footprint_weight": 5.0}, {"untraversable": 1.0}, 0.8, -math.log(0.2)),
     ],
 )
 def test_the_papers_ablations_are_switches(switch, known, probability, expected):
@@ -85,3 +105,19 @@ def test_the_scale_lowers_every_learning_rate():
 def test_lambda_is_a_share():
     with pytest.raises(TrainingError, match="between 0 and 1"):
         Recipe((ScheduleStage((32, 32), 1),), lambda_unknown=1.5)
+
+
+@pytest.mark.parametrize("field", ["hidden_weight", "footprint_weight"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_weights_that_are_none_are_refused(field, value):
+    with pytest.raises(TrainingError, match=field.replace("_", " ")):
+        Recipe((ScheduleStage((32, 32), 1),), **{field: value})
+
+
+def test_a_run_begun_before_the_weights_existed_goes_on():
+    recipe = Recipe((ScheduleStage((32, 32), 1),))
+    stored = asdict(recipe)
+    for name in ("hidden_weight", "footprint_weight", "network"):
+        del stored[name]
+    assert is_same_recipe(stored, recipe)
+    assert not is_same_recipe(stored, replace(recipe, hidden_weight=5.0))
