@@ -78,7 +78,7 @@ def validate(
     with np.errstate(invalid="ignore"):
         values = pixels[[0, 2, 4, 6, 7]] / pixels[[1, 3, 5, 8, 8]]
     auc = rank_auc(np.concatenate(hidden_logits), np.concatenate(footprint_logits))
-    return ValidationScores(*map(float, values), hidden_auc=auc)
+    return ValidationScores(*map(float, (*values, auc)))
 
 
 def rank_auc(high: NDArray[np.float32], low: NDArray[np.float32]) -> float:
