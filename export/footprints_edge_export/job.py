@@ -50,14 +50,14 @@ class Job:
         target = TARGETS[conversion.target]
         conversion = replace(conversion, size=conversion.size or target.size)
         _check_options(conversion)
-        # The format's converter folds the casts of half precision: the result would be the fp32
-        # file again.
-        has_ort = target.ort_format and conversion.precision != "fp16"
-        ort = output.with_suffix(".ort") if has_ort else None
         if output.suffix != ".onnx":
             raise ExportError(f"{output}: a model file ends in .onnx")
         if not output.parent.is_dir():
             raise ExportError(f"{output.parent}: no such folder to write to")
+        # The format's converter folds the casts of half precision: the result would be the fp32
+        # file again.
+        has_ort = target.ort_format and conversion.precision != "fp16"
+        ort = output.with_suffix(".ort") if has_ort else None
         files = [output, report_path(output), *([] if ort is None else [ort, operators_path(ort)])]
         for path in files:
             if path.resolve() == checkpoint.resolve():

@@ -60,7 +60,7 @@ class MethodScores:
         """The scores from the values of :meth:`as_json`."""
 
         def counts(part: str) -> MaskCounts | None:
-            found = values[part]
+            found = values.get(part)
             if found is None:
                 return None
             return MaskCounts(**{key: int(value) for key, value in found.items()})
@@ -69,7 +69,7 @@ class MethodScores:
             found = values[part]
             return None if found is None else DepthScores(**found)
 
-        ranked = values["ranking"]
+        ranked = values.get("ranking")
         return cls(
             counts("freespace"),
             counts("footprint"),
@@ -140,17 +140,17 @@ def _behind_things(
     estimate: Estimate, ground_truth: GroundTruth
 ) -> tuple[MaskCounts | None, MaskCounts | None, RankingCounts | None]:
     """Scores of what stands where: hidden ground found, ground by mistake, and the ranking."""
-    ground, visible, region = ground_truth.ground, ground_truth.visible_ground, ground_truth.region
-    if estimate.ground is None or ground is None or visible is None or region is None:
+    ground, visible = ground_truth.ground, ground_truth.visible_ground
+    taken = ground_truth.footprints
+    if estimate.ground is None or ground is None or visible is None or taken is None:
         return None, None, None
     free = ground.mask & ~visible.mask & ground.valid & visible.valid
-    taken = region & ~ground.mask & ground.valid
     enough = int(free.sum()) > FEWEST_HIDDEN_PX
     ranked = None
     if estimate.ground_probability is not None:
         ranked = metrics.ranking(estimate.ground_probability, free, taken)
     return (
         metrics.covered(estimate.ground, free) if enough else None,
-        metrics.covered(estimate.ground, ~region & ~ground.mask & ground.valid),
+        metrics.covered(estimate.ground, ~taken & ~ground.mask & ground.valid),
         ranked,
     )

@@ -43,6 +43,7 @@ class GroundTruth:
         region: bool, where footprints are scored.
         boxes: objects in the image, for the box baseline.
         voxels: the scene in voxels, for the voxel baselines.
+        footprints: bool, ground that things take, wherever it is.
     """
 
     image: Path
@@ -55,6 +56,7 @@ class GroundTruth:
     region: Mask | None = None
     boxes: tuple[Box, ...] | None = None
     voxels: VoxelGrid | None = None
+    footprints: Mask | None = None
 
 
 @dataclass(frozen=True)

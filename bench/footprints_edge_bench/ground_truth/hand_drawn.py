@@ -61,6 +61,7 @@ def _load(folder: Path, photo: Mapping[str, Any]) -> GroundTruth:
         visible_ground=LabelledMask(visible & ~footprints & ~ignored, ~ignored),
         ground=LabelledMask(ground & ~footprints & ~ignored, ~ignored),
         region=(ground | footprints) & ~ignored,
+        footprints=footprints & ~ignored,
     )
 
 

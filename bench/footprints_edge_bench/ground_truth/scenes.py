@@ -44,6 +44,7 @@ def _load(folder: Path, name: str, boxes: tuple[Box, ...] | None) -> GroundTruth
     from footprints_edge_models.data.readers.synthetic_scenes import MOST_BEHIND_WALL_M
     from footprints_edge_models.scenes.ground_truth.pixels import (
         BEHIND_WALL,
+        FOOTPRINT,
         GROUND_ANYWHERE,
         VISIBLE_GROUND,
     )
@@ -63,6 +64,7 @@ def _load(folder: Path, name: str, boxes: tuple[Box, ...] | None) -> GroundTruth
         visible_depth_m=exact.visible_depth_m,
         ground_depth_m=np.where(ground & valid, exact.ground_depth_m, 0).astype(np.float32),
         region=convex_hull(visible),
+        footprints=(bits & FOOTPRINT > 0) & valid,
         boxes=boxes,
         voxels=_voxels(_voxel_file(folder, name)),
     )

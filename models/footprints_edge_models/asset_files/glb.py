@@ -68,6 +68,8 @@ def read_objects(folder: Path) -> Iterator[Asset | AssetError]:
             yield _object(folder, facts)
         except AssetError as error:
             yield error
+        except (KeyError, TypeError, ValueError) as error:
+            yield AssetError(f"{folder / 'index.json'}: {error!r} in {facts}")
 
 
 def _object(folder: Path, facts: Mapping[str, Any]) -> Asset:
@@ -79,6 +81,8 @@ def _object(folder: Path, facts: Mapping[str, Any]) -> Asset:
     except (KeyError, TypeError, ValueError) as error:
         raise AssetError(f"{folder / 'index.json'}: {error!r} in {dict(facts)}") from error
     surfaces = tuple(_surfaces(path, facts.get("nodes", ())))
+    if not surfaces:
+        raise AssetError(f"{path} has no triangles")
     return Asset(
         key, path.stem.replace("_", " "), category, (width, depth, height), surfaces, credit
     )
@@ -125,8 +129,8 @@ def _surfaces(path: Path, nodes: Any) -> Iterator[Surface]:  # noqa: ANN401 - fr
     """
     import trimesh
 
-    about = {node["name"]: node for node in nodes}
     try:
+        about = {node["name"]: node for node in nodes}
         scene = trimesh.load_scene(path, process=False)
     except Exception as error:  # trimesh's readers raise nearly anything on odd files
         raise AssetError(f"{path} cannot be read: {error}") from error
@@ -137,6 +141,8 @@ def _surfaces(path: Path, nodes: Any) -> Iterator[Surface]:  # noqa: ANN401 - fr
             continue
         matrix, geometry = scene.graph[name]
         mesh = scene.geometry[geometry]
+        if not hasattr(mesh, "faces"):  # points and lines
+            continue
         points = np.asarray(mesh.vertices, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
         rgb = facts.get("rgb")
         yield from surfaces_of(

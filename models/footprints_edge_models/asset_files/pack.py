@@ -49,6 +49,7 @@ class PackEntry:
             setting.
         size_m: (width, depth, height) of a model; zeros else.
         triangles: How many it has.
+        stands: Whether a model takes ground; one that hangs on a wall does not.
         credit: Whom to credit.
     """
 
@@ -59,6 +60,7 @@ class PackEntry:
     size_m: tuple[float, float, float]
     triangles: int
     credit: Credit
+    stands: bool = True
 
     @property
     def split(self) -> Split:
@@ -101,7 +103,14 @@ def pack_assets(
             if isinstance(found, AssetError):
                 report.skipped.append(str(found))
                 continue
-            entry, name, data = _encoded(found)
+            try:
+                entry, name, data = _encoded(found)
+            except AssetError as error:
+                report.skipped.append(str(error))
+                continue
+            if name in archive.NameToInfo:
+                report.skipped.append(f"{entry.kind} {entry.key}: there is another of this name")
+                continue
             progress(entry.key)
             archive.writestr(name, data)
             entries.append(entry)
@@ -133,6 +142,7 @@ def _found(folders: Sequence[Path]) -> Iterator[Asset | World | PictureFile | As
 def _catalogue(path: Path) -> Iterator[Asset | AssetError]:
     try:
         with SweetHomeCatalogue(path) as catalogue:
+            yield from catalogue.damaged
             for entry in catalogue.entries:
                 try:
                     yield catalogue.read(entry)
@@ -147,12 +157,14 @@ def _indexed(path: Path) -> Iterator[Asset | PictureFile | AssetError]:
     try:
         facts = json.loads(path.read_text(encoding="utf-8"))
         first = facts[0]
-        if "nodes" in first:
-            yield from read_objects(path.parent)
-        elif "projection" in first:
+        if "projection" in first:
             yield from panorama_files(path)
         elif "cls" in first:
             yield from texture_files(path)
+        elif "category" in first:
+            yield from read_objects(path.parent)
+        else:
+            yield AssetError(f"{path} lists neither objects, nor textures, nor panoramas")
     except (OSError, ValueError, LookupError, TypeError) as error:
         yield AssetError(f"{path} is not an index of assets: {error!r}")
 
@@ -181,14 +193,23 @@ def _encoded(found: Asset | World | PictureFile) -> tuple[PackEntry, str, bytes]
             "core": np.array(found.core_m or (), np.float64),
         }
         return entry, f"worlds/{found.key}.npz", _npz(found.surfaces, extra)
-    entry = PackEntry(
-        "model", found.key, found.name, found.category, found.size_m, triangles, found.credit
-    )
+    if all(surface.alpha is not None for surface in found.surfaces):
+        raise AssetError(f"{found.key}: all of it has holes, as leaves have")
     outlines = outlines_of(found.surfaces, found.category)
     extra = {
         "outline_points": np.concatenate([np.zeros((0, 2)), *outlines]).astype(np.float32),
         "outline_lengths": np.array([len(outline) for outline in outlines], np.int32),
     }
+    entry = PackEntry(
+        "model",
+        found.key,
+        found.name,
+        found.category,
+        found.size_m,
+        triangles,
+        found.credit,
+        stands=bool(outlines),
+    )
     return entry, f"models/{found.key}.npz", _npz(found.surfaces, extra)
 
 

@@ -6,6 +6,7 @@ package `sweethome3d-furniture` installs five of them below /usr/share/sweethome
 
 import io
 import posixpath
+import re
 import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -22,6 +23,8 @@ TABLE = "PluginFurnitureCatalog.properties"
 MOST_MODEL_BYTES = 4_000_000
 MOST_TRIANGLES = 40_000
 """Finer models cost more time than they show."""
+
+_ESCAPE = re.compile(r"\\u([0-9a-fA-F]{4})")
 
 _LICENCES = {
     "public domain": "CC0-1.0",
@@ -65,7 +68,13 @@ class CatalogueEntry:
 
 
 class SweetHomeCatalogue:
-    """An open catalogue; use it as a context manager."""
+    """An open catalogue; use it as a context manager.
+
+    Attributes:
+        path: The file.
+        entries: Its models.
+        damaged: Why lines of its table are not among them.
+    """
 
     def __init__(self, path: Path) -> None:
         """Opens the file and reads its table.
@@ -84,11 +93,13 @@ class SweetHomeCatalogue:
         licence = self._licence(properties)
         title = properties.get("name", path.stem)
         numbers = [key[6:] for key in properties if key.startswith("model#")]
-        self.entries = [
-            _entry(path, properties, number, title, licence)
-            for number in numbers
-            if all(f"{key}#{number}" in properties for key in ("width", "depth", "height"))
-        ]
+        self.entries: list[CatalogueEntry] = []
+        self.damaged: list[AssetError] = []
+        for number in numbers:
+            try:
+                self.entries.append(_entry(path, properties, number, title, licence))
+            except (KeyError, ValueError) as error:
+                self.damaged.append(AssetError(f"{path.stem}, entry {number}: {error!r}"))
 
     def __enter__(self) -> "SweetHomeCatalogue":
         return self
@@ -172,7 +183,7 @@ def _properties(lines: list[str]) -> Iterator[tuple[str, str]]:
     for line in lines:
         key, equals, value = line.partition("=")
         if equals and not line.lstrip().startswith(("#", "!")):
-            yield key.strip(), value.strip()
+            yield key.strip(), _ESCAPE.sub(lambda found: chr(int(found[1], 16)), value.strip())
 
 
 def _entry(
@@ -190,9 +201,9 @@ def _entry(
         name=name,
         category=stated("category"),
         size_m=(
-            float(stated("width")) / 100,
-            float(stated("depth")) / 100,
-            float(stated("height")) / 100,
+            float(properties[f"width#{number}"]) / 100,
+            float(properties[f"depth#{number}"]) / 100,
+            float(properties[f"height#{number}"]) / 100,
         ),
         elevation_m=float(stated("elevation", "0")) / 100,
         rotation=np.array(rotation, np.float64).reshape(3, 3) if len(rotation) == 9 else None,

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from footprints_edge_models.training.recipe import Recipe
 
-Data = Annotated[Path, typer.Argument(help="Folder of the datasets (see CONTRIBUTING.md).")]
+Data = Annotated[Path, typer.Argument(help="Folder of the datasets (see docs/data.md).")]
 Schedule = Annotated[
     list[str],
     typer.Option(metavar="HxW:STEPS", help="Image size and number of steps; repeat for stages."),

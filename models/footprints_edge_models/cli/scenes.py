@@ -102,9 +102,13 @@ def _pack(output: Path, assets: list[Path]) -> Path | None:
     from footprints_edge_models.asset_files.pack import pack_assets
 
     pack = output / "assets.zip"
-    if not pack.is_file():
+    if pack.is_file():
+        complain(f"using {pack}; delete it to pack {', '.join(map(str, assets))} again")
+    else:
         complain(f"packing the assets of {', '.join(map(str, assets))} into {pack}")
-        pack_assets(assets, pack)
+        report = pack_assets(assets, pack)
+        if report.skipped:
+            complain(f"{len(report.skipped)} assets cannot be used; fp-train assets says why")
     return pack
 
 

@@ -1,6 +1,8 @@
 """Whom to credit for the assets that a folder of scenes shows."""
 
 import json
+import logging
+import zipfile
 from collections import Counter
 from pathlib import Path
 
@@ -11,6 +13,8 @@ from footprints_edge_models.asset_files.asset import Credit
 from footprints_edge_models.asset_files.pack import AssetPack
 from footprints_edge_models.scenes.storage.files import scene_names
 
+logger = logging.getLogger(__name__)
+
 CREDITS = "credits.json"
 
 
@@ -18,9 +22,12 @@ def used_assets(folder: Path) -> Counter[str]:
     """Keys of the models in the scenes of a folder, and the number of scenes that show each."""
     used: Counter[str] = Counter()
     for name in scene_names(folder):
-        with np.load(folder / "truth" / f"{name}.npz") as arrays:
-            if "assets" in arrays:
-                used.update(arrays["assets"].tolist())
+        try:
+            with np.load(folder / "truth" / f"{name}.npz") as arrays:
+                if "assets" in arrays:
+                    used.update(arrays["assets"].tolist())
+        except (OSError, ValueError, zipfile.BadZipFile):  # it shows when it is read
+            logger.warning("%s: scene %s is damaged; its assets are not credited", folder, name)
     return used
 
 

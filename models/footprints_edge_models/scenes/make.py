@@ -104,14 +104,16 @@ def make_scenes(
     settings = replace(settings, textures=named, assets=pack.fingerprint if pack else "")
     write_settings(folder, settings)
     job, numbers = SceneJob(folder, settings, library), range(first, first + count)
-    if processes == 1:
-        run_serially(job, numbers, report)
-    else:
-        run_in_processes(job, numbers, report, processes=processes, run_length=1)
+    try:
+        if processes == 1:
+            run_serially(job, numbers, report)
+        else:
+            run_in_processes(job, numbers, report, processes=processes, run_length=1)
+    finally:  # an interrupted folder is credited, too
+        if pack is not None:
+            write_credits(folder, pack)
     if settings.split == "test":
         _gather_boxes(folder)
-    if pack is not None:
-        write_credits(folder, pack)
 
 
 def _write_solids(folder: Path, name: str, made: SyntheticScene) -> None:

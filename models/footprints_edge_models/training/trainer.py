@@ -3,8 +3,8 @@
 import csv
 import functools
 import logging
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from footprints_edge_models.training.batches import batches
 from footprints_edge_models.training.losses import multiscale_losses
 from footprints_edge_models.training.plots import draw_curves, draw_predictions
 from footprints_edge_models.training.recipe import Recipe, TrainingError, is_same_recipe, switched
-from footprints_edge_models.training.validation import validate_all
+from footprints_edge_models.training.validation import ValidationScores, validate_all
 
 logger = logging.getLogger(__name__)
 
@@ -179,8 +179,10 @@ def _resume(
     network.load_state_dict(state["network"])
     average.load_state_dict(state["average"])
     optimizer.load_state_dict(state["optimizer"])
-    for name in ("train.csv", "validation.csv"):  # steps after the checkpoint come again
-        _truncate(run / name, state["step"] + (name == "validation.csv"))
+    # steps after the checkpoint come again
+    _truncate(run / "train.csv", state["step"])
+    scores = [field.name for field in fields(ValidationScores)]
+    _truncate(run / "validation.csv", state["step"] + 1, scores)
     logger.info("%s: resuming from step %d", run, state["step"])
     return int(state["step"])
 
@@ -222,8 +224,15 @@ def _append(path: Path, row: dict[str, Any]) -> None:
         writer.writerow({k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()})
 
 
-def _truncate(path: Path, step: int) -> None:
+def _truncate(path: Path, step: int, columns: Sequence[str] = ()) -> None:
+    """Drops the rows from a step on; adds columns that earlier versions did not write."""
     if path.exists():
-        header, *rows = path.read_text().splitlines(keepends=True)
-        kept = [row for row in rows if int(row.split(",")[0]) < step]
-        path.write_text("".join([header, *kept]))
+        with path.open(newline="") as file:
+            reader = csv.DictReader(file, restval="")
+            written = reader.fieldnames or ()
+            names = [*written, *(name for name in columns if name not in written)]
+            kept = [row for row in reader if int(row["step"]) < step]
+        with path.open("w", newline="") as file:
+            writer = csv.DictWriter(file, names)
+            writer.writeheader()
+            writer.writerows(kept)

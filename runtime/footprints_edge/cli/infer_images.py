@@ -69,11 +69,14 @@ def _standard_input() -> bytes:
 def _summary_line(task: Task, prediction: "Prediction") -> str:
     height, width = prediction.image_size
     camera = prediction.intrinsics
+    ground = ""
+    if prediction.has("ground_probability"):
+        visible, hidden = prediction.visible_ground.mean(), prediction.hidden_ground.mean()
+        ground = f"visible ground {visible:.0%}, hidden {hidden:.0%}, "
     timings = ", ".join(f"{stage} {ms:.1f}" for stage, ms in prediction.timings_ms.items())
     return (
         f"{task.source.label}: {width} x {height} px, "
-        f"visible ground {prediction.visible_ground.mean():.0%}, "
-        f"hidden {prediction.hidden_ground.mean():.0%}, "
+        f"{ground}"
         f"field of view {camera.hfov_deg(prediction.map_size):.0f} degrees ({camera.source}), "
         f"ms: {timings}"
     )

@@ -132,7 +132,11 @@ class _Lane(Generic[ItemT, ResultT]):
     def _submit(self) -> None:
         self.future = None
         if self._pool is not None and self._waiting:
-            self.future = self._pool.submit(_do, self._waiting[0])
+            try:
+                self.future = self._pool.submit(_do, self._waiting[0])
+            except BrokenProcessPool:  # it died between two items: neither of them is to blame
+                self.stop()
+                self.start()
 
 
 def _begin(job: Job[Any, Any]) -> None:

@@ -1,4 +1,5 @@
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -101,3 +102,34 @@ def test_another_file_is_not_a_pack(tmp_path):
     (tmp_path / "x.zip").write_bytes(b"no zip")
     with pytest.raises(AssetError, match="not a pack"):
         AssetPack(tmp_path / "x.zip")
+
+
+def test_an_odd_asset_costs_itself_alone(folder, tmp_path):
+    index = folder / "objects/street/index.json"
+    objects = json.loads(index.read_text())
+    points = trimesh.Scene(trimesh.PointCloud([[0, 0, 0], [1, 1, 1]]))
+    (folder / "objects/street/points.glb").write_bytes(points.export(file_type="glb"))
+    nameless = objects[0] | {"nodes": [{"rgb": [1, 2, 3]}]}
+    odd = [nameless, objects[0] | {"file": "points.glb"}, {"category": "car"}]
+    index.write_text(json.dumps([*odd, objects[0]]))
+    report = pack_assets([folder], tmp_path / "assets.zip")
+    assert report.counts["model"] == 1
+    assert len(report.skipped) == 3
+    (model,) = [e for e in AssetPack(tmp_path / "assets.zip").entries if e.kind == "model"]
+    assert model.key == "street/car"
+
+
+def test_of_two_assets_of_one_name_the_first_is_kept(folder, tmp_path):
+    twin = tmp_path / "twin/objects/street"
+    twin.parent.mkdir(parents=True)
+    shutil.copytree(folder / "objects/street", twin)
+    report = pack_assets([folder, tmp_path / "twin"], tmp_path / "assets.zip")
+    assert report.counts["model"] == 1
+    assert any("another of this name" in reason for reason in report.skipped)
+
+
+def test_an_index_of_something_else_is_named(folder, tmp_path):
+    (folder / "other").mkdir()
+    (folder / "other/index.json").write_text('[{"hello": 1}]')
+    report = pack_assets([folder], tmp_path / "assets.zip")
+    assert any("lists neither objects" in reason for reason in report.skipped)

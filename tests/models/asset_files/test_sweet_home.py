@@ -136,3 +136,15 @@ def test_another_zip_is_refused(tmp_path):
     path.write_bytes(b"no zip")
     with pytest.raises(AssetError, match="not a Sweet Home 3D catalogue"):
         SweetHomeCatalogue(path)
+
+
+def test_a_damaged_line_costs_itself_alone(tmp_path):
+    damaged = "model#2=/models/thing.obj\nwidth#2=wide\ndepth#2=1\nheight#2=1"
+    with SweetHomeCatalogue(catalogue(tmp_path, damaged)) as found:
+        assert [entry.name for entry in found.entries] == ["Chest"]
+        assert [str(error).split(":")[0] for error in found.damaged] == ["test, entry 2"]
+
+
+def test_escaped_letters_are_read(tmp_path):
+    asset = read(catalogue(tmp_path, "creator#1=Zo\\u00eb"))
+    assert asset.credit.author == "Zoë"

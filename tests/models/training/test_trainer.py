@@ -199,7 +199,11 @@ def test_a_run_begun_by_an_earlier_version_is_resumed(datasets, whole, tmp_path)
         "peak": 1.0,
     }
     torch.save(state, tmp_path / "run" / "last.pt")
+    scores = tmp_path / "run" / "validation.csv"
+    before = [row[: row.rindex(",")] for row in scores.read_text().splitlines()]  # without the AUC
+    scores.write_text("\n".join(before) + "\n")
     train(datasets, RECIPE, tmp_path / "run", device=CPU, progress=lambda *_: pytest.fail("a step"))
+    assert all(list(row)[-1] == "hidden_auc" and None not in row for row in rows(scores))
     with pytest.raises(TrainingError, match="'resnet': there are edge, reference"):
         Recipe(RECIPE.schedule, network="resnet")
 

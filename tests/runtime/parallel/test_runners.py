@@ -1,12 +1,16 @@
 """Many items in this process and in others: every item has one outcome, whatever happens."""
 
 import importlib
+import os
+import signal
+import time
 from collections import Counter
 from functools import partial
 from pathlib import Path
 
 import pytest
 
+from footprints_edge.parallel import processes
 from footprints_edge.parallel.job import in_runs
 from footprints_edge.parallel.processes import DIED_TWICE, run_in_processes
 from footprints_edge.parallel.serial import run_serially
@@ -107,3 +111,24 @@ def test_runs_are_contiguous_and_about_equal(count, parts):
     assert len(runs) == min(parts, count)
     lengths = [len(part) for part in runs] or [0]
     assert max(lengths) - min(lengths) <= 1
+
+
+def test_a_worker_that_dies_between_two_items_costs_none(squares, tmp_path, monkeypatch):
+    """As one does that the system ends while it waits for work."""
+    advance, died = processes._Lane._advance, []
+
+    def advance_and_die(lane):
+        advance(lane)
+        if not died and lane._waiting:
+            (pid,) = lane._pool._processes
+            died.append(pid)
+            os.kill(pid, signal.SIGKILL)
+            while not lane._pool._broken:
+                time.sleep(0.01)
+
+    monkeypatch.setattr(processes._Lane, "_advance", advance_and_die)
+    job = squares(tmp_path)
+    outcomes = run(partial(run_in_processes, processes=1), job, range(4))
+    assert died
+    assert states(outcomes) == {"done": 4}
+    assert sorted(job.begun()) == list(range(4))

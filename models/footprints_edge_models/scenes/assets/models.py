@@ -66,12 +66,21 @@ class ModelLibrary:
     def _entries(self) -> list[PackEntry]:
         return self._pack.of("model", self.split)
 
-    def matching(self, words: Sequence[str], size_m: NDArray[np.floating]) -> list[PackEntry]:
-        """Models whose name has one of these words, of about this (width, depth, height)."""
+    def matching(
+        self, words: Sequence[str], size_m: NDArray[np.floating], *, stands: bool
+    ) -> list[PackEntry]:
+        """Models whose name has one of these words, of about this (width, depth, height).
+
+        Args:
+            words: Any of them.
+            size_m: The size.
+            stands: Whether they take ground, or hang on a wall.
+        """
         return [
             entry
             for entry in self._entries
-            if any(word in f" {entry.name.lower()} " for word in words)
+            if entry.stands == stands
+            and any(word in f" {entry.name.lower()} " for word in words)
             and np.abs(np.log(_upright_size(entry) / size_m)).max() < np.log(LARGEST_FACTOR)
         ]
 
@@ -150,7 +159,8 @@ def _in_place_of(
     thing: Thing, words: Sequence[str], library: ModelLibrary, palette: Palette
 ) -> Thing:
     low, high = thing.extent
-    fitting = library.matching(words, np.maximum(high - low, 0.02))
+    stands = bool(thing.footprints())
+    fitting = library.matching(words, np.maximum(high - low, 0.02), stands=stands)
     if not fitting:
         return thing
     last = palette.last_models.get(thing.label)

@@ -234,6 +234,17 @@ def shifted(
     return [replace(part, matrix=composed(move, part.matrix)) for part in parts]
 
 
+def extended(thing: Thing, label: str, parts: Sequence[ThingPart]) -> Thing:
+    """A thing with more parts, such as a chair with somebody on it.
+
+    It stays the model that it is, if it is one: the parts take ground of their own.
+    """
+    outlines = thing.outlines
+    if outlines is not None:
+        outlines = (*outlines, *Thing(label, tuple(parts)).footprints())
+    return replace(thing, label=label, parts=(*thing.parts, *parts), outlines=outlines)
+
+
 def joined(label: str, parts: Sequence[ThingPart], **options: object) -> Thing:
     """A thing of these parts."""
     return Thing(label, tuple(parts), **options)  # type: ignore[arg-type]

@@ -15,9 +15,12 @@ from footprints_edge_models.scenes.assets import models
 from footprints_edge_models.scenes.assets.furniture import seating
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.models import ModelLibrary
+from footprints_edge_models.scenes.assets.people import seated_parts
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
+from footprints_edge_models.scenes.assets.things import extended
 from footprints_edge_models.scenes.generate import generate_scene
 from footprints_edge_models.scenes.ground_truth import pixels
+from footprints_edge_models.scenes.layout.rooms.interior import draw_rooms
 from footprints_edge_models.scenes.rendering.geometry import geometry_of
 
 BOX = """mtllib chair.mtl
@@ -158,3 +161,36 @@ def test_the_command_packs_folders_by_itself(pack_path, tmp_path):
         app, ["assets", str(pack_path.parent), "-o", str(tmp_path / "a.zip")]
     )
     assert json.loads(packed.stdout)["models"] == 16
+
+
+def test_somebody_on_a_model_of_a_chair_leaves_its_footprint_and_its_credit_alone(chair):
+    thing, _ = chair
+    rng = np.random.default_rng(0)
+    palette = Palette(TextureLibrary("train"), rng)
+    seated = extended(thing, "person", seated_parts(palette, 0.45))
+    assert (seated.label, seated.asset) == ("person", thing.asset)
+    taken = [outline.tolist() for outline in seated.footprints()]
+    assert all(outline.tolist() in taken for outline in thing.footprints())
+    area = sum(np.prod(np.ptp(outline, axis=0)) for outline in seated.footprints())
+    assert area < 0.45 * 0.5 + 0.2  # the chair's and the feet's, not the whole person's
+
+
+def test_every_texture_of_a_model_in_a_scene_is_credited(pack_path, monkeypatch):
+    monkeypatch.setattr(models, "MODELS_SHARE", 1.0)
+    library = TextureLibrary("train", models=ModelLibrary(pack_path, "train"))
+    shown = 0
+    for number in range(12):
+        scene = draw_rooms(Palette(library, np.random.default_rng((7, number))))
+        credited = {thing.asset for thing in scene.things}
+        kinds = {part.material.texture.kind for thing in scene.things for part in thing.parts}
+        textured = {kind.removeprefix("model:") for kind in kinds if kind.startswith("model:")}
+        assert textured <= credited
+        shown += len(textured)
+    assert shown
+
+
+def test_what_hangs_on_a_wall_takes_no_place_of_what_stands(pack_path):
+    library = ModelLibrary(pack_path, "train")
+    size_m = np.array([0.45, 0.5, 0.9])
+    assert library.matching(["chair"], size_m, stands=True)
+    assert not library.matching(["chair"], size_m, stands=False)

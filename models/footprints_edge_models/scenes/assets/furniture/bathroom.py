@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from footprints_edge_models.scenes.assets.furniture.storage import cabinet
+from footprints_edge_models.scenes.assets.furniture.storage import built_cabinet
 from footprints_edge_models.scenes.assets.furniture.tabletop import on_top
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.models import or_model
@@ -64,7 +64,7 @@ def basin(palette: Palette) -> Thing:
     white = palette.white()
     wide = float(rng.uniform(0.5, 1.4))
     if rng.random() < 0.6:
-        parts = list(cabinet(palette, wide, 0.48, 0.8, laid=False).parts)
+        parts = list(built_cabinet(palette, wide, 0.48, 0.8, laid=False).parts)
         parts.append(
             box(palette.of("marble", "plain", "wood"), (wide + 0.03, 0.5, 0.03), (0, 0, 0.8))
         )

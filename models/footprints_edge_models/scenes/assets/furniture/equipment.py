@@ -1,6 +1,6 @@
 """Lamps, televisions, whiteboards, machines."""
 
-from footprints_edge_models.scenes.assets.furniture.storage import cabinet
+from footprints_edge_models.scenes.assets.furniture.storage import built_cabinet
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.things import Thing, box, column, joined, rod
@@ -28,7 +28,7 @@ def television(palette: Palette) -> Thing:
     rng = palette.rng
     wide = float(rng.uniform(1.2, 2.0))
     low = float(rng.uniform(0.4, 0.6))
-    parts = list(cabinet(palette, wide, 0.42, low, laid=False).parts)
+    parts = list(built_cabinet(palette, wide, 0.42, low, laid=False).parts)
     screen = float(rng.uniform(0.9, 1.3))
     parts.append(box(palette.dark(), (screen, 0.04, screen * 0.58), (0, 0.05, low + 0.08)))
     parts.append(box(palette.glass(), (screen * 0.97, 0.01, screen * 0.55), (0, 0.025, low + 0.1)))

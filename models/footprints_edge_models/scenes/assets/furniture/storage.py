@@ -9,21 +9,7 @@ from footprints_edge_models.scenes.assets.models import or_model
 from footprints_edge_models.scenes.assets.things import Thing, ThingPart, box, joined
 
 
-@or_model(
-    "cabinet",
-    "dresser",
-    "chest",
-    "wardrobe",
-    "cupboard",
-    "drawers",
-    "filing",
-    "bedside",
-    "fireplace",
-    "tv stand",
-    "piano",
-    "radiator",
-)
-def cabinet(
+def built_cabinet(
     palette: Palette, width_m: float, depth_m: float, height_m: float, *, laid: bool = True
 ) -> Thing:
     """A closed cupboard with doors or drawers, and what is on it."""
@@ -42,6 +28,23 @@ def cabinet(
     elif rng.random() < 0.3:
         parts += on_top(palette, width_m * 0.9, depth_m * 0.7, height_m, 2)
     return joined("cabinet", parts)
+
+
+cabinet = or_model(
+    "cabinet",
+    "dresser",
+    "chest",
+    "wardrobe",
+    "cupboard",
+    "drawers",
+    "filing",
+    "bedside",
+    "fireplace",
+    "tv stand",
+    "piano",
+    "radiator",
+)(built_cabinet)
+"""A cabinet, or a 3D model of one."""
 
 
 def fronts(

@@ -14,8 +14,7 @@ from footprints_edge_models.scenes.assets.things import (
 )
 
 
-@or_model(" table ", " desk ", " glass table", " coffee table")
-def table(
+def built_table(
     palette: Palette, width_m: float, depth_m: float, height_m: float, *, laid: float = 0.7
 ) -> Thing:
     """A table on four legs, a pedestal, two side frames or trestles, with things on it."""
@@ -55,6 +54,10 @@ def table(
     return joined("table", parts)
 
 
+table = or_model(" table ", " desk ", " glass table", " coffee table")(built_table)
+"""A table, or a 3D model of one."""
+
+
 def monitor(palette: Palette, z: float) -> list[ThingPart]:
     """A screen on its foot, facing -y."""
     rng = palette.rng
@@ -80,7 +83,7 @@ def desk(palette: Palette) -> Thing:
     rng = palette.rng
     width_m, depth_m = float(rng.uniform(1.1, 1.9)), float(rng.uniform(0.6, 0.9))
     z = float(rng.uniform(0.7, 0.78))
-    parts = list(table(palette, width_m, depth_m, z, laid=0.8).parts)
+    parts = list(built_table(palette, width_m, depth_m, z, laid=0.8).parts)
     for index in range(int(rng.integers(0, 3))):
         x = (-0.3 + 0.6 * index) * width_m / 2
         parts += shifted(monitor(palette, z), x, depth_m * 0.2)

@@ -7,7 +7,7 @@ import numpy as np
 from footprints_edge_models.scenes.assets.furniture import seating, tables
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.people import seated_parts
-from footprints_edge_models.scenes.assets.things import Patch, Thing, joined, placement, rectangle
+from footprints_edge_models.scenes.assets.things import Patch, Thing, extended, placement, rectangle
 from footprints_edge_models.scenes.layout.floor_plans import Rect
 from footprints_edge_models.scenes.layout.rooms.room import Room
 
@@ -59,7 +59,7 @@ def _seat_around(
             thing = make()
             if rng.random() < 0.08:
                 sitting = tuple(seated_parts(palette, 0.45))
-                thing = joined("person", [*thing.parts, *sitting])
+                thing = extended(thing, "person", sitting)
             room.things.append(thing.at(x + offset[0], y + offset[1], 0.0, yaw + turn))
 
 

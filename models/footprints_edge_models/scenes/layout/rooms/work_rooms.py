@@ -13,7 +13,7 @@ from footprints_edge_models.scenes.assets.furniture import (
 )
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.people import seated_parts, standing
-from footprints_edge_models.scenes.assets.things import box, column, joined, placement
+from footprints_edge_models.scenes.assets.things import box, column, extended, joined, placement
 from footprints_edge_models.scenes.layout.floor_plans import Rect
 from footprints_edge_models.scenes.layout.rooms.arrangements import (
     lay_rug,
@@ -44,7 +44,7 @@ def furnish_office(palette: Palette, room: Room) -> None:
             thing = seating.office_chair(palette) if rng.random() < 0.8 else seating.chair(palette)
             turn = yaw + np.pi + float(rng.normal(0, 0.5))
             if rng.random() < 0.12:
-                thing = joined("person", [*thing.parts, *seated_parts(palette, 0.5)])
+                thing = extended(thing, "person", seated_parts(palette, 0.5))
             room.things.append(thing.at(x + ahead[0], y + ahead[1], 0.0, turn))
             room.taken.append(
                 Rect(x + ahead[0] - 0.3, y + ahead[1] - 0.3, x + ahead[0] + 0.3, y + ahead[1] + 0.3)
