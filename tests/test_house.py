@@ -154,7 +154,7 @@ def test_the_sources_are_found_and_their_imports_read():
 
 
 def test_the_runtime_imports_none_of_the_others_nor_what_they_need():
-    forbidden = {*PACKAGES, "torch", "onnx", "onnxscript", "matplotlib", "tqdm"}
+    forbidden = {*PACKAGES, "torch", "onnx", "onnx_ir", "onnxscript", "matplotlib", "tqdm"}
     assert offenders("footprints_edge", forbidden - {"footprints_edge"}) == []
 
 
@@ -180,7 +180,13 @@ def test_opencv_is_imported_where_it_is_used():
 
 
 def test_models_import_neither_export_nor_bench():
-    forbidden = {"footprints_edge_export", "footprints_edge_bench", "onnx", "onnxruntime"}
+    forbidden = {
+        "footprints_edge_export",
+        "footprints_edge_bench",
+        "onnx",
+        "onnx_ir",
+        "onnxruntime",
+    }
     assert offenders("footprints_edge_models", forbidden) == []
 
 
@@ -189,7 +195,7 @@ def test_export_imports_the_runtime_and_models_only():
 
 
 def test_bench_imports_what_is_heavy_where_it_is_used():
-    heavy = {"footprints_edge_models", "footprints_edge_export", "torch", "onnx"}
+    heavy = {"footprints_edge_models", "footprints_edge_export", "torch", "onnx", "onnx_ir"}
     assert offenders("footprints_edge_bench", heavy, at_import_only=True) == []
 
 
