@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import settings
+from tiny_metadata import TINY
 
 from footprints_edge.cli.doctor import cpu_flags
 from footprints_edge.model_files.metadata import ModelMetadata
@@ -21,18 +22,7 @@ SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 @pytest.fixture(scope="session")
 def metadata() -> ModelMetadata:
     """What tiny models say about themselves."""
-    return ModelMetadata(
-        name="tiny",
-        architecture="edge",
-        precision="fp32",
-        depth_range_m=(0.1, 100.0),
-        focal_px=None,
-        resize="lanczos",
-        licence="Apache-2.0",
-        source_sha256="0" * 64,
-        producer="tests",
-        training="none",
-    )
+    return TINY
 
 
 @pytest.fixture(scope="session")

@@ -6,30 +6,17 @@ import numpy as np
 import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
+from tiny_metadata import TINY
 from videos import write_video
 
 from footprints_edge.model import Model, load
-from footprints_edge.model_files.metadata import ModelMetadata
-
-METADATA = ModelMetadata(
-    name="tiny",
-    architecture="edge",
-    precision="fp32",
-    depth_range_m=(0.1, 100.0),
-    focal_px=None,
-    resize="lanczos",
-    licence="Apache-2.0",
-    source_sha256="0" * 64,
-    producer="tests",
-    training="none: the maps are the colours",
-)
 
 # rows: visible ground = green, ground = red + green, visible disparity = blue, ground disparity
 # = half of blue; all clipped to [0, 1]
 COLOURS_TO_MAPS = np.array([[0, 1, 0], [1, 1, 0], [0, 0, 1], [0, 0, 0.5]], np.float32)
 
 
-def tiny_model_bytes(size=("H", "W"), metadata=METADATA, *, output="maps", props=None):
+def tiny_model_bytes(size=("H", "W"), metadata=TINY, *, output="maps", props=None):
     """A model whose four maps are linear in the picture's colours."""
     weights = numpy_helper.from_array(COLOURS_TO_MAPS.reshape(4, 3, 1, 1) / 255, "weights")
     low, high = (numpy_helper.from_array(np.float32(v), n) for v, n in ((0, "low"), (1, "high")))
@@ -74,12 +61,6 @@ def picture() -> np.ndarray:
     rgb[..., 2] = np.linspace(20, 250, 100, dtype=np.uint8)
     rgb[:10, :15] = 250
     return rgb
-
-
-@pytest.fixture
-def metadata() -> ModelMetadata:
-    """What the tiny models say about themselves."""
-    return METADATA
 
 
 @pytest.fixture

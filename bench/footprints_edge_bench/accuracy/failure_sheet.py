@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from footprints_edge.drawing.style import FAINT, PAPER, WHITE
 from footprints_edge.foundation.types import Mask, Rgb
 from footprints_edge_bench.accuracy.baselines import Estimate
 from footprints_edge_bench.ground_truth.base import GroundTruth
@@ -14,7 +15,6 @@ _TILE_PX = 480
 _LETTER_PX = 16
 _GAP_PX = 8
 _VISIBLE, _HIDDEN = (46, 134, 255), (255, 138, 0)
-_PAPER, _INK, _FAINT = (22, 24, 31), (240, 242, 246), (150, 156, 168)
 _STRIPES_PX = 12
 
 
@@ -42,7 +42,7 @@ def draw_examples(examples: Sequence[Example]) -> Image.Image:
     """
     rows = [_row(example) for example in examples]
     legend = _legend(3 * _TILE_PX + 4 * _GAP_PX)
-    sheet = Image.new("RGB", (legend.width, legend.height + sum(r.height for r in rows)), _PAPER)
+    sheet = Image.new("RGB", (legend.width, legend.height + sum(r.height for r in rows)), PAPER)
     y = 0
     for strip in [legend, *rows]:
         sheet.paste(strip, (0, y))
@@ -76,9 +76,9 @@ def _row(example: Example) -> Image.Image:
         _tinted(photo, predicted_visible, predicted_hidden, ~valid),
     ]
     caption = round(1.9 * _LETTER_PX)
-    strip = Image.new("RGB", (3 * _TILE_PX + 4 * _GAP_PX, caption + height + _GAP_PX), _PAPER)
+    strip = Image.new("RGB", (3 * _TILE_PX + 4 * _GAP_PX, caption + height + _GAP_PX), PAPER)
     draw = ImageDraw.Draw(strip)
-    draw.text((_GAP_PX, caption / 2), example.title, _INK, _font(), anchor="lm")
+    draw.text((_GAP_PX, caption / 2), example.title, WHITE, _font(), anchor="lm")
     for i, tile in enumerate(tiles):
         strip.paste(tile, (_GAP_PX + i * (_TILE_PX + _GAP_PX), caption))
     return strip
@@ -106,7 +106,7 @@ def _tinted(photo: Image.Image, visible: Mask, hidden: Mask, unscored: Mask) -> 
 
 
 def _legend(width: int) -> Image.Image:
-    strip = Image.new("RGB", (width, round(3.6 * _LETTER_PX)), _PAPER)
+    strip = Image.new("RGB", (width, round(3.6 * _LETTER_PX)), PAPER)
     draw = ImageDraw.Draw(strip)
     y = 0.9 * _LETTER_PX
     x = float(_GAP_PX)
@@ -119,11 +119,11 @@ def _legend(width: int) -> Image.Image:
     ):
         strip.paste(_tinted(flat, *masks), (round(x), round(y - _LETTER_PX / 2)))
         x += 2.5 * _LETTER_PX
-        draw.text((x, y), word, _FAINT, _font(), anchor="lm")
+        draw.text((x, y), word, FAINT, _font(), anchor="lm")
         x += draw.textlength(word, _font()) + 2 * _LETTER_PX
     for i, word in enumerate(("photo", "ground truth", "prediction")):
         middle = _GAP_PX + i * (_TILE_PX + _GAP_PX) + _TILE_PX / 2
-        draw.text((middle, 2.7 * _LETTER_PX), word, _INK, _font(), anchor="mm")
+        draw.text((middle, 2.7 * _LETTER_PX), word, WHITE, _font(), anchor="mm")
     return strip
 
 

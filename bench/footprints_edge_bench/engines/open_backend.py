@@ -6,6 +6,7 @@ from importlib import import_module
 import numpy as np
 
 from footprints_edge.errors import FootprintsError
+from footprints_edge.foundation.install_hint import install_hint
 from footprints_edge.foundation.types import Rgb
 from footprints_edge.model_files.metadata import OUTPUTS
 from footprints_edge_bench.engines.backend import (
@@ -54,8 +55,7 @@ def open_backend(backend: Backend, setting: BackendSetting) -> LoadedBackend:
         raise BackendError(str(error)) from error
     except ModuleNotFoundError as error:
         raise BackendError(
-            f"needs the package {error.name}; install it with: "
-            "pip install 'footprints-edge[bench,peers]'"
+            f"needs the package {error.name}; {install_hint('bench,peers')}"
         ) from error
     except Exception as error:  # engines share no base class
         first = next(iter(str(error).splitlines()), "")

