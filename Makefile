@@ -53,7 +53,6 @@ web: $(WEB)/node_modules/installed ## build the web page and serve it
 # PATIENCE=4 on a machine that is busy with other things: it multiplies the time limits.
 test-web: $(VENV)/installed $(WEB)/node_modules/installed ## test the web page in Chromium
 	$(VENV)/bin/python $(WEB)/tests/make_fixtures.py
-	$(VENV)/bin/fp-export vectors edge -o $(WEB)/tests/fixtures/vectors >/dev/null
 	npm --prefix $(WEB) run build
 	npm --prefix $(WEB) test
 	PYTHON=$(abspath $(VENV)/bin/python) npm --prefix $(WEB) run test:browser
