@@ -1,8 +1,8 @@
 """Writes what the web page's tests compare with: what the Python runtime makes of the same input.
 
-The test vectors of the bundled model are among it. Run `python examples/web/tests/make_fixtures.py` from anywhere. Everything is cut from the example
-picture `examples/room.jpg`; arrays are `.npy`, facts are in `facts.json`, films for Chromium's fake
-camera are `.mjpeg`.
+The test vectors of the bundled model are among it. Run `python examples/web/tests/make_fixtures.py`
+from anywhere. Everything is cut from the example picture `examples/room.jpg`; arrays are `.npy`,
+facts are in `facts.json`, films for Chromium's fake camera are `.mjpeg`.
 """
 
 import io
