@@ -25,7 +25,7 @@ demo: $(DEMO_VENV)/installed ## install the runtime alone, find the floor in exa
 	@echo "Open $(CURDIR)/out/office.jpg.overlay.png"
 
 test: $(VENV)/installed ## run all tests
-	@echo "Running about 1,200 tests: about 7 minutes on two cores."
+	@echo "Running about 1,450 tests: 7 to 15 minutes on two cores."
 	$(VENV)/bin/python -m pytest
 
 lint: $(VENV)/installed ## check style and formatting
