@@ -77,7 +77,7 @@ def train(
             group["lr"] = group["peak"] * rate
         image = image.to(device, memory_format=torch.channels_last, non_blocking=True)  # noqa: PLW2901
         # bfloat16 keeps float32's range: no loss scaling; the outputs and losses stay float32.
-        with torch.autocast(device.type, torch.bfloat16):
+        with torch.autocast(device.type, torch.bfloat16, enabled=_has_bfloat16(device)):
             scales = network.scales(image)
         parts = multiscale_losses(scales, switched(targets.to(device), recipe))
         optimizer.zero_grad(set_to_none=True)
@@ -156,6 +156,11 @@ def _parameter_groups(
             decay = recipe.weight_decay if is_matrix else 0.0
             groups.append({"params": parameters, "peak": peak, "lr": 0.0, "weight_decay": decay})
     return groups
+
+
+def _has_bfloat16(device: torch.device) -> bool:
+    """Whether bfloat16 is faster than float32: without it, a CPU emulates it, which is slow."""
+    return device.type != "cpu" or bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
 
 
 def _resume(
