@@ -81,11 +81,6 @@ class Asset:
     credit: Credit
     outlines: tuple[NDArray[np.float64], ...] = ()
 
-    @property
-    def triangle_count(self) -> int:
-        """Triangles of all surfaces."""
-        return sum(len(surface.triangles) for surface in self.surfaces)
-
 
 def upright(points: NDArray[np.floating]) -> NDArray[np.float32]:
     """Points (..., 3) of a source with y up, in the axes of scenes."""

@@ -73,13 +73,10 @@ def read_objects(folder: Path) -> Iterator[Asset | AssetError]:
 
 
 def _object(folder: Path, facts: Mapping[str, Any]) -> Asset:
-    try:
-        path = folder / facts["file"]
-        key, category = f"{folder.name}/{path.stem}", str(facts["category"])
-        credit = _credit(facts, path.stem)
-        width, height, depth = (float(side) for side in facts["size"])
-    except (KeyError, TypeError, ValueError) as error:
-        raise AssetError(f"{folder / 'index.json'}: {error!r} in {dict(facts)}") from error
+    path = folder / facts["file"]
+    key, category = f"{folder.name}/{path.stem}", str(facts["category"])
+    credit = _credit(facts, path.stem)
+    width, height, depth = (float(side) for side in facts["size"])
     surfaces = tuple(_surfaces(path, facts.get("nodes", ())))
     if not surfaces:
         raise AssetError(f"{path} has no triangles")

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from footprints_edge_models.asset_files.asset import Surface
 
 STANDS_BELOW_M = 0.35
-"""What reaches lower than this takes the ground below it."""
+"""A part that reaches lower than this has a footprint. One that begins higher, such as a table top,
+has none (as in the floor maps of RGB-D clips, ``mapping.floor_map.LOW_M``)."""
 
 VEHICLES = frozenset({"car", "van", "truck", "bus", "Vehicles"})
 """Categories of vehicles."""

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footprints_edge_models.asset_files.outlines import STANDS_BELOW_M
 from footprints_edge_models.scenes.assets.materials import Material
 from footprints_edge_models.scenes.assets.shapes import (
     Shape,
@@ -21,10 +22,6 @@ from footprints_edge_models.scenes.assets.shapes import (
     prism,
     unit_box,
 )
-
-STANDS_BELOW_M = 0.35
-"""A part that reaches lower than this has a footprint. One that begins higher, such as a table top,
-has none (as in the floor maps of RGB-D clips, ``mapping.floor_map.LOW_M``)."""
 
 
 @dataclass(frozen=True)
