@@ -13,7 +13,11 @@ from footprints_edge_models.cli.options import Jobs, size_of
 
 if TYPE_CHECKING:
     from footprints_edge.parallel.job import ItemOutcome
+    from footprints_edge_models.scenes.make import ScenePictures
     from footprints_edge_models.scenes.storage.files import SceneSettings
+
+VIEWS_WITH_ASSETS = 4
+"""Views of a scene of 3D models: loading and placing these takes longer than a picture."""
 
 
 class Purpose(StrEnum):
@@ -27,7 +31,7 @@ def scenes(
     output: Annotated[
         Path, typer.Argument(help="Folder of the scenes; an unfinished folder is resumed.")
     ],
-    count: Annotated[int, typer.Option(min=0, help="Number of scenes in the folder at the end.")],
+    count: Annotated[int, typer.Option(min=0, help="Number of pictures in the folder at the end.")],
     seed: Annotated[
         int, typer.Option(min=0, help="Random seed of the set; each split has its own scenes.")
     ] = 0,
@@ -53,6 +57,14 @@ def scenes(
             help="Pack made by fp-train assets, or folders of assets; repeat for more folders.",
         ),
     ] = None,
+    views: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            show_default=f"{VIEWS_WITH_ASSETS} with --assets, else 1",
+            help="Pictures of each scene; a scene where not so many good ones are found has fewer.",
+        ),
+    ] = None,
     jobs: Jobs = None,
     preview: Annotated[
         Path | None, typer.Option(help="Write a contact sheet of the folder, a PNG.")
@@ -67,7 +79,9 @@ def scenes(
         from footprints_edge_models.scenes.storage.files import SceneSettings
         from footprints_edge_models.scenes.storage.preview import write_preview
 
-        settings = SceneSettings(split.value, seed, size_of(size))
+        if views is None:
+            views = VIEWS_WITH_ASSETS if assets else 1
+        settings = SceneSettings(split.value, seed, size_of(size), views=views)
         processes = jobs or usable_cores()
         start = time.perf_counter()
         pack = _pack(output, assets or [])
@@ -75,21 +89,23 @@ def scenes(
         seconds = time.perf_counter() - start
         if preview is not None:
             write_preview(output, preview)
-        written = [o.result for o in outcomes if o.state == "done" and o.result is not None]
+        written = [size for o in outcomes if o.result is not None for size in o.result.made]
+        kept = sum(o.result.kept for o in outcomes if o.result is not None)
         failed = sum(outcome.state == "failed" for outcome in outcomes)
         summary = {
             "scenes": str(output),
             "split": split.value,
             "made": len(written),
-            "kept": count - len(written) - failed,
+            "kept": kept,
             "failed": failed,
+            "views": views,
             "processes": processes,
-            "scenes_per_second_and_process": round(len(written) / seconds / processes, 2),
-            "bytes_per_scene": round(sum(written) / len(written)) if written else None,
+            "pictures_per_second_and_process": round(len(written) / seconds / processes, 2),
+            "bytes_per_picture": round(sum(written) / len(written)) if written else None,
         }
         typer.echo(json.dumps(summary))
         if failed:
-            complain(f"{failed} of {count} scenes failed; run it again to retry them")
+            complain(f"{failed} of {len(outcomes)} scenes failed; run it again to retry them")
             raise typer.Exit(SOME_FAILED)
 
 
@@ -119,16 +135,17 @@ def _make(
     count: int,
     processes: int,
     pack: Path | None,
-) -> list["ItemOutcome[int, int]"]:
+) -> list["ItemOutcome[int, ScenePictures]"]:
     """Makes the scenes behind a progress bar; every scene's outcome."""
     from tqdm import tqdm
 
     from footprints_edge_models.scenes.make import make_scenes
 
-    outcomes: list[ItemOutcome[int, int]] = []
-    with tqdm(total=count, unit="scene", disable=None) as bar:
+    outcomes: list[ItemOutcome[int, ScenePictures]] = []
+    scenes = -(-count // settings.views)
+    with tqdm(total=scenes, unit="scene", disable=None) as bar:
 
-        def report(outcome: "ItemOutcome[int, int]") -> None:
+        def report(outcome: "ItemOutcome[int, ScenePictures]") -> None:
             outcomes.append(outcome)
             if outcome.state == "failed":
                 bar.clear()

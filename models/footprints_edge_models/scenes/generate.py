@@ -1,5 +1,6 @@
-"""Generates one synthetic scene from its number: scene, camera, photo and ground truth."""
+"""Generates a synthetic scene from its number, and its views: camera, photo and ground truth."""
 
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,8 +24,20 @@ ROOMS_SHARE = 0.6
 
 @dataclass(frozen=True)
 class SyntheticScene:
-    """A scene with its photo and its ground truth."""
+    """A view of a scene: its photo and its ground truth.
 
+    Attributes:
+        view: number of the view, from 0.
+        views: how many views the scene has.
+        scene: what stands where.
+        geometry: its triangles.
+        camera: of the photo.
+        image: the photo, uint8 (H, W, 3), RGB.
+        ground_truth: of the photo.
+    """
+
+    view: int
+    views: int
     scene: Scene
     geometry: Geometry = field(repr=False)
     camera: Camera
@@ -33,21 +46,50 @@ class SyntheticScene:
 
 
 def generate_scene(library: TextureLibrary, seed: int, number: int, size: Size) -> SyntheticScene:
-    """Generate scene ``number`` of a seed; the split of the library is part of the seed.
+    """Generate the first view of a scene; see :func:`generate_views`."""
+    return next(generate_views(library, seed, number, size))
+
+
+def generate_views(
+    library: TextureLibrary,
+    seed: int,
+    number: int,
+    size: Size,
+    views: int = 1,
+    wanted: Container[int] = range(1 << 30),
+) -> Iterator[SyntheticScene]:
+    """Generate views of scene ``number`` of a seed; the split of the library is part of the seed.
+
+    The scene is laid out and turned into triangles once. A view is the same whichever others are
+    wanted. Where no camera is found that sees something else than those before it, the scene has
+    fewer views.
 
     Args:
         library: textures of the scene's split.
         seed: seed of the whole set.
         number: number of the scene, from 0.
         size: (H, W) of a landscape picture; portraits and squares have about as many pixels.
+        views: how many views are looked for.
+        wanted: numbers of the views that are photographed, from 0.
     """
-    rng = np.random.default_rng((SPLITS.index(library.split), seed, number))
+    entropy = (SPLITS.index(library.split), seed, number)
+    rng = np.random.default_rng(entropy)
     palette = Palette(library, rng)
     scene = draw_rooms(palette) if rng.random() < ROOMS_SHARE else draw_street(palette)
     geometry = geometry_of(scene)
     solids = Triangles(geometry.points, geometry.triangles)
     outlines = Triangles(geometry.outlines)
-    camera = choose_camera(scene, geometry, picture_size(size, rng), rng, solids, outlines)
-    ground_truth = trace_ground_truth(camera, geometry, solids, outlines)
-    image = photograph(render(scene, geometry, solids, camera, library, rng), rng)
-    return SyntheticScene(scene, geometry, camera, image, ground_truth)
+    cameras: list[Camera] = []
+    draws = [rng, *(np.random.default_rng((*entropy, view)) for view in range(1, views))]
+    for draw in draws:
+        camera = choose_camera(
+            scene, geometry, picture_size(size, draw), draw, solids, outlines, cameras
+        )
+        if camera is None:
+            break
+        cameras.append(camera)
+    for view, (camera, draw) in enumerate(zip(cameras, draws, strict=False)):
+        if view in wanted:
+            ground_truth = trace_ground_truth(camera, geometry, solids, outlines)
+            image = photograph(render(scene, geometry, solids, camera, library, draw), draw)
+            yield SyntheticScene(view, len(cameras), scene, geometry, camera, image, ground_truth)

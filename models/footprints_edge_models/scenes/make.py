@@ -1,4 +1,4 @@
-"""Fills a folder with synthetic scenes, on all cores; finished scenes are kept."""
+"""Fills a folder with pictures of synthetic scenes, on all cores; finished ones are kept."""
 
 import io
 import json
@@ -18,51 +18,115 @@ from footprints_edge_models.asset_files.pack import AssetPack
 from footprints_edge_models.scenes.assets.models import ModelLibrary
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
 from footprints_edge_models.scenes.credits import write_credits
-from footprints_edge_models.scenes.generate import SyntheticScene, generate_scene
+from footprints_edge_models.scenes.generate import SyntheticScene, generate_views
 from footprints_edge_models.scenes.ground_truth.boxes import boxes_of
 from footprints_edge_models.scenes.ground_truth.voxels import CLASSES, voxels_of
 from footprints_edge_models.scenes.storage.files import (
     SceneSettings,
     scene_bytes,
     scene_name,
+    scene_views,
     write_scene,
     write_settings,
 )
 
 
 @dataclass(frozen=True)
-class SceneJob:
-    """The scenes of a folder, by number; the result of a scene is the bytes that it takes.
+class ScenePictures:
+    """What became of the pictures of a scene.
 
     Attributes:
-        folder: where the scenes go.
+        made: the bytes that each new one takes.
+        kept: number of those that were there.
+    """
+
+    made: tuple[int, ...]
+    kept: int
+
+
+@dataclass(frozen=True)
+class SceneJob:
+    """The scenes of a folder, by number.
+
+    Attributes:
+        folder: where the pictures go.
         settings: decide every scene.
         library: textures of the settings' split.
+        pictures: numbers of the pictures that shall be in the folder.
     """
 
     folder: Path
     settings: SceneSettings
     library: TextureLibrary
+    pictures: range
 
-    def finished(self, number: int) -> int | None:
-        """The bytes of a scene that is there."""
-        return scene_bytes(self.folder, scene_name(number))
+    @property
+    def scenes(self) -> range:
+        """The scenes that the pictures show."""
+        views = self.settings.views
+        return range(self.pictures.start // views, -(-self.pictures.stop // views))
 
-    def start(self) -> Callable[[int], int]:
-        """The function that makes a scene."""
+    def pictures_of(self, scene: int) -> range:
+        """The pictures of a scene that shall be in the folder."""
+        first = scene * self.settings.views
+        return range(
+            max(first, self.pictures.start), min(first + self.settings.views, self.pictures.stop)
+        )
+
+    def finished(self, scene: int) -> ScenePictures | None:
+        """The pictures of a scene, if all that it has are there."""
+        missing = self._missing(scene)
+        kept = len(self.pictures_of(scene)) - len(missing)
+        if missing and missing[0] - scene * self.settings.views < self._views(scene):
+            return None
+        return ScenePictures((), kept)
+
+    def start(self) -> Callable[[int], ScenePictures]:
+        """The function that makes the missing pictures of a scene."""
         if multiprocessing.parent_process() is not None:
             cv2.setNumThreads(1)  # there is a process for every core
         return self._make
 
-    def _make(self, number: int) -> int:
-        settings, name = self.settings, scene_name(number)
-        made = generate_scene(self.library, settings.seed, number, settings.size)
-        if settings.split == "test":
-            _write_solids(self.folder, name, made)
-        quality = int(np.random.default_rng((number, settings.seed)).integers(55, 93))
-        return write_scene(
-            self.folder, name, made.scene, made.camera, made.image, made.ground_truth, quality
-        )
+    def _missing(self, scene: int) -> list[int]:
+        return [
+            picture
+            for picture in self.pictures_of(scene)
+            if scene_bytes(self.folder, scene_name(picture)) is None
+        ]
+
+    def _views(self, scene: int) -> int:
+        """How many views a scene has, as its pictures say; without any, as are asked for."""
+        views, first = self.settings.views, scene * self.settings.views
+        if views == 1:
+            return 1
+        said = (scene_views(self.folder, scene_name(first + view)) for view in range(views))
+        return next((count for count in said if count is not None), views)
+
+    def _make(self, scene: int) -> ScenePictures:
+        settings, missing = self.settings, self._missing(scene)
+        first, sizes = scene * settings.views, []
+        wanted = {picture - first for picture in missing}
+        for made in generate_views(
+            self.library, settings.seed, scene, settings.size, settings.views, wanted
+        ):
+            picture = first + made.view
+            name = scene_name(picture)
+            if settings.split == "test":
+                _write_solids(self.folder, name, made)
+            quality = int(np.random.default_rng((picture, settings.seed)).integers(55, 93))
+            sizes.append(
+                write_scene(
+                    self.folder,
+                    name,
+                    made.scene,
+                    made.camera,
+                    made.image,
+                    made.ground_truth,
+                    quality,
+                    made.views,
+                )
+            )
+        return ScenePictures(tuple(sizes), len(self.pictures_of(scene)) - len(missing))
 
 
 def make_scenes(
@@ -71,22 +135,23 @@ def make_scenes(
     textures: list[Path],
     count: int,
     processes: int,
-    report: ReportOutcome[int, int],
+    report: ReportOutcome[int, ScenePictures],
     first: int = 0,
     assets: Path | None = None,
 ) -> None:
-    """Makes the scenes ``first`` to ``first + count`` that are not there yet.
+    """Makes the pictures ``first`` to ``first + count`` that are not there yet.
 
-    A scene that fails is reported, and the others are made.
+    A scene that fails is reported, and the others are made. A scene may have fewer views than the
+    settings ask for; the numbers of the others stay free.
 
     Args:
         folder: where to; an unfinished folder is resumed.
         settings: of the scenes; their ``textures`` are filled in from ``textures``.
         textures: folders of photos, whose crops become textures.
-        count: number of scenes.
+        count: number of pictures.
         processes: number of processes; with one, the scenes are made in this process.
         report: called with the outcome of every scene.
-        first: number of the first scene; parts of one set can be made on several machines.
+        first: number of the first picture; parts of one set can be made on several machines.
         assets: pack of 3D models to furnish with; see ``asset_files.pack``.
 
     Raises:
@@ -103,12 +168,12 @@ def make_scenes(
         library = replace(library, models=ModelLibrary(assets, settings.split))
     settings = replace(settings, textures=named, assets=pack.fingerprint if pack else "")
     write_settings(folder, settings)
-    job, numbers = SceneJob(folder, settings, library), range(first, first + count)
+    job = SceneJob(folder, settings, library, range(first, first + count))
     try:
         if processes == 1:
-            run_serially(job, numbers, report)
+            run_serially(job, job.scenes, report)
         else:
-            run_in_processes(job, numbers, report, processes=processes, run_length=1)
+            run_in_processes(job, job.scenes, report, processes=processes, run_length=1)
     finally:  # an interrupted folder is credited, too
         if pack is not None:
             write_credits(folder, pack)
@@ -117,7 +182,7 @@ def make_scenes(
 
 
 def _write_solids(folder: Path, name: str, made: SyntheticScene) -> None:
-    """Boxes and voxels of a scene, for the baselines that need them."""
+    """Boxes and voxels of a view, for the baselines that need them."""
     boxes = json.dumps(boxes_of(made.scene, made.camera))
     write_atomically(folder / "boxes" / f"{name}.json", boxes.encode())
     voxels = voxels_of(made.scene, made.geometry, made.camera)
@@ -134,7 +199,7 @@ def _write_solids(folder: Path, name: str, made: SyntheticScene) -> None:
 
 
 def _gather_boxes(folder: Path) -> None:
-    """One file of boxes for all scenes: FOLDER/NAME to a list of boxes."""
+    """One file of boxes for all pictures: FOLDER/NAME to a list of boxes."""
     title = folder.resolve().name
     boxes = {
         f"{title}/{path.stem}": json.loads(path.read_text(encoding="utf-8"))

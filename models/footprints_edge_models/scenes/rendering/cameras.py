@@ -1,5 +1,6 @@
-"""Cameras in a scene, and the choice of a useful one."""
+"""Cameras in a scene, and the choice of useful ones."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +10,13 @@ from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import Intrinsics, rays
 from footprints_edge_models.scenes.layout.scene import Scene, SceneKind
 from footprints_edge_models.scenes.rendering.geometry import GROUND, Geometry
-from footprints_edge_models.scenes.rendering.raycast import Triangles
+from footprints_edge_models.scenes.rendering.raycast import Hits, Triangles
 
 CANDIDATES = 40
+MOST_SHARED = 0.4
+"""Share of what a camera sees that an earlier camera of the scene may show about as large."""
+_ALIKE = 1.6
+"""Shown about as large: from distances that differ by less than this factor."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +77,12 @@ def choose_camera(
     rng: np.random.Generator,
     solids: Triangles,
     outlines: Triangles,
-) -> Camera:
+    earlier: Sequence[Camera] = (),
+) -> Camera | None:
     """A random camera that stands free and sees objects, not just a wall, and mostly some ground.
+
+    A camera after the first of a scene sees other things than those before it, or the same ones
+    from much nearer or farther; None where none such is found.
 
     Args:
         scene: the scene.
@@ -82,6 +91,7 @@ def choose_camera(
         rng: draws the camera.
         solids: ray tracer of all triangles.
         outlines: ray tracer of the footprints on the ground.
+        earlier: the scene's cameras so far.
     """
     fallback: tuple[float, Camera] | None = None
     shy = rng.random() < 0.06  # one picture in sixteen may show no ground
@@ -109,14 +119,45 @@ def choose_camera(
         quality = (
             min(seen, 0.35) + min(kinds, 8) * 0.05 + min(len(furnishing) / met.size, 0.4) - close
         )
-        if fallback is None or quality > fallback[0]:
-            fallback = (quality, camera)
-        good = (
+        open_view = (
             float(np.median(depth)) > 1.2 and close < 0.2 and float(np.quantile(depth, 0.9)) > 2.2
         )
-        if good and kinds >= wanted and (shy or 0.08 < seen < 0.75):
+        if earlier and (not open_view or _shown_before(camera, coarse, hits, earlier)):
+            continue
+        if fallback is None or quality > fallback[0]:
+            fallback = (quality, camera)
+        if open_view and kinds >= wanted and (shy or 0.08 < seen < 0.75):
             return camera
-    return fallback[1] if fallback is not None else _draw(scene, size, rng)
+    if fallback is None:
+        return None if earlier else _draw(scene, size, rng)
+    return fallback[1]
+
+
+def _shown_before(camera: Camera, size: Size, hits: Hits, earlier: Sequence[Camera]) -> bool:
+    """Whether an earlier camera shows much of what this one sees, about as large.
+
+    Args:
+        camera: whose picture is looked at.
+        size: (H, W) of the coarse picture that was traced.
+        hits: what its rays meet.
+        earlier: cameras of the same scene.
+    """
+    met = hits.triangle >= 0
+    eyes, rays_ = camera.rays(size)
+    points = eyes[met] + rays_[met] * hits.distance[met, None]
+    far_m = np.linalg.norm(points - camera.position_m, axis=1)
+    for other in earlier:
+        away = points - other.position_m
+        right, down, ahead = (away @ other.rotation).T
+        k, (height, width) = other.intrinsics, other.size
+        ahead_m = np.maximum(ahead, 1e-3)
+        x, y = k.fx * right / ahead_m + k.cx, k.fy * down / ahead_m + k.cy
+        inside = (ahead > 0) & (x > 0) & (x < width) & (y > 0) & (y < height)
+        factor = np.linalg.norm(away, axis=1) / np.maximum(far_m, 1e-3)
+        alike = inside & (factor < _ALIKE) & (factor > 1 / _ALIKE)
+        if alike.sum() > MOST_SHARED * max(len(alike), 1):
+            return True
+    return False
 
 
 def _draw(scene: Scene, size: Size, rng: np.random.Generator) -> Camera:

@@ -1,4 +1,6 @@
-"""Synthetic scenes on disk: a JPEG and an npz of 20 to 50 kB per scene, written atomically.
+"""Synthetic scenes on disk: a JPEG and an npz of 20 to 50 kB per picture, written atomically.
+
+Where scenes have several views, picture number = scene number * views + number of the view.
 
 Depth is stored as inverse depth, in which planes are linear, and as height above a plane where the
 ray meets ground: both compress well.
@@ -47,6 +49,7 @@ class SceneSettings:
         size: (H, W) of its landscape pictures.
         textures: folders of photos: name, and number of photos that belong to the split.
         assets: fingerprint of the pack of assets; empty without one.
+        views: how many pictures of each scene there are at most.
     """
 
     split: SceneSplit
@@ -54,6 +57,7 @@ class SceneSettings:
     size: tuple[int, int]
     textures: tuple[tuple[str, int], ...] = ()
     assets: str = ""
+    views: int = 1
 
 
 @dataclass(frozen=True)
@@ -100,6 +104,15 @@ def scene_bytes(folder: Path, name: str) -> int | None:
     return arrays.stat().st_size + image.stat().st_size
 
 
+def scene_views(folder: Path, name: str) -> int | None:
+    """How many views the scene of a picture has; None where it is not there, or damaged."""
+    try:
+        with np.load(folder / "truth" / f"{name}.npz") as arrays:
+            return int(arrays["views"]) if "views" in arrays else 1
+    except (OSError, ValueError, zipfile.BadZipFile):
+        return None
+
+
 def write_settings(folder: Path, settings: SceneSettings) -> None:
     """Begin a folder, or check that it was begun with the same settings.
 
@@ -123,6 +136,7 @@ def write_settings(folder: Path, settings: SceneSettings) -> None:
         "size": list(settings.size),
         "textures": [list(entry) for entry in settings.textures],
         **({"assets": settings.assets} if settings.assets else {}),
+        **({"views": settings.views} if settings.views > 1 else {}),
     }
     write_atomically(folder / MANIFEST, (json.dumps(about, indent=1) + "\n").encode())
 
@@ -144,6 +158,7 @@ def read_settings(folder: Path) -> SceneSettings:
             (about["size"][0], about["size"][1]),
             tuple((name, count) for name, count in about["textures"]),
             about.get("assets", ""),
+            about.get("views", 1),
         )
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise SceneFilesError(
@@ -160,8 +175,9 @@ def write_scene(
     image: NDArray[np.uint8],
     ground_truth: SceneGroundTruth,
     quality: int,
+    views: int = 1,
 ) -> int:
-    """Write a scene; returns the bytes that it takes."""
+    """Write a picture of a scene that has so many views; returns the bytes that it takes."""
     normal = np.array([-scene.slope[0], -scene.slope[1], 1.0])
     normal /= np.linalg.norm(normal)
     up = camera.rotation.T @ normal
@@ -189,6 +205,8 @@ def write_scene(
     }
     if used := sorted({thing.asset for thing in scene.things} - {""}):
         arrays["assets"] = np.array(used)
+    if views > 1:
+        arrays["views"] = np.array(views)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)
     flags = [cv2.IMWRITE_JPEG_QUALITY, quality]

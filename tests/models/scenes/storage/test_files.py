@@ -23,7 +23,7 @@ from footprints_edge_models.scenes.assets.textures.library import (
     photo_split,
 )
 from footprints_edge_models.scenes.assets.textures.patterns import PATTERNS
-from footprints_edge_models.scenes.generate import generate_scene
+from footprints_edge_models.scenes.generate import generate_scene, generate_views
 from footprints_edge_models.scenes.ground_truth.pixels import (
     BEHIND_WALL,
     GROUND_ANYWHERE,
@@ -31,6 +31,8 @@ from footprints_edge_models.scenes.ground_truth.pixels import (
 )
 from footprints_edge_models.scenes.ground_truth.pixels import FOOTPRINT as FOOTPRINT_BIT
 from footprints_edge_models.scenes.make import make_scenes
+from footprints_edge_models.scenes.rendering.cameras import choose_camera
+from footprints_edge_models.scenes.rendering.raycast import Triangles
 from footprints_edge_models.scenes.storage.files import (
     SceneFilesError,
     SceneSettings,
@@ -42,10 +44,10 @@ from footprints_edge_models.scenes.storage.files import (
 SIZE = (96, 160)
 
 
-def fill(folder, count=4, *, jobs=1, split="train", seed=3, textures=()):
+def fill(folder, count=4, *, jobs=1, split="train", seed=3, textures=(), views=1, first=0):
     reported = []
-    settings = SceneSettings(split, seed, SIZE)
-    make_scenes(folder, settings, list(textures), count, jobs, reported.append)
+    settings = SceneSettings(split, seed, SIZE, views=views)
+    make_scenes(folder, settings, list(textures), count, jobs, reported.append, first)
     return reported
 
 
@@ -217,7 +219,7 @@ def test_the_command_makes_goes_on_and_shows(tmp_path):
     assert first.exit_code == 0, first.output
     said = json.loads(first.stdout.splitlines()[-1])
     assert (said["made"], said["kept"]) == (2, 0)
-    assert said["scenes_per_second_and_process"] > 0
+    assert said["pictures_per_second_and_process"] > 0
     second = CliRunner().invoke(app, [*arguments, "--preview", str(sheet)])
     assert json.loads(second.stdout.splitlines()[-1])["kept"] == 2
     assert cv2.imread(str(sheet)).shape[1] > 500
@@ -230,12 +232,12 @@ def test_a_folder_without_scenes_is_explained(tmp_path):
 
 
 def test_a_scene_that_fails_costs_only_itself(folder, tmp_path, monkeypatch):
-    def failing(library, seed, number, size):
+    def failing(library, seed, number, *rest):
         if number == 1:
             raise ZeroDivisionError("no camera")
-        return generate_scene(library, seed, number, size)
+        return generate_views(library, seed, number, *rest)
 
-    monkeypatch.setattr("footprints_edge_models.scenes.make.generate_scene", failing)
+    monkeypatch.setattr("footprints_edge_models.scenes.make.generate_views", failing)
     out = tmp_path / "out"
     arguments = ["scenes", str(out), "--count", "3", "--seed", "3", "--size", "96x160", "-j", "1"]
     result = CliRunner().invoke(app, arguments)
@@ -251,3 +253,103 @@ def test_a_scene_that_fails_costs_only_itself(folder, tmp_path, monkeypatch):
         assert (out / f"truth/{name}.npz").read_bytes() == (
             folder / f"truth/{name}.npz"
         ).read_bytes()
+
+
+@pytest.fixture(scope="module")
+def views(tmp_path_factory):
+    """Three scenes, three pictures of each."""
+    folder = tmp_path_factory.mktemp("views") / "synthetic_scenes"
+    fill(folder, 9, views=3)
+    return folder
+
+
+def test_the_views_of_a_scene_show_one_place_from_different_standpoints(views, folder):
+    assert scene_names(views) == [f"{number:06d}" for number in range(9)]
+    for scene in range(3):
+        pictures = [read_scene(views, f"{3 * scene + view:06d}") for view in range(3)]
+        assert len({picture.kind for picture in pictures}) == 1
+        for one, other in ((0, 1), (0, 2), (1, 2)):
+            first, second = pictures[one], pictures[other]
+            assert not np.allclose(first.up, second.up)
+            if first.image.shape == second.image.shape:
+                assert np.abs(first.image.astype(float) - second.image).mean() > 5
+        # the first view is the picture that a set of one view a scene has
+        alone = read_scene(folder, f"{scene:06d}")
+        assert np.array_equal(alone.ground_truth.bits, pictures[0].ground_truth.bits)
+
+
+def test_what_one_camera_saw_the_next_does_not_see_again(library):
+    made = list(generate_views(library, 3, 0, SIZE, 4))
+    assert [view.view for view in made] == list(range(4))
+    assert all(view.geometry is made[0].geometry for view in made)
+    solids = Triangles(made[0].geometry.points, made[0].geometry.triangles)
+    for later in made[1:]:
+        rays_ = later.camera.rays((24, 40))
+        hits = solids.first_hits(*rays_)
+        met = hits.triangle >= 0
+        points = rays_[0][met] + rays_[1][met] * hits.distance[met, None]
+        for before in made[: later.view]:
+            local = (points - before.camera.position_m) @ before.camera.rotation
+            k, (height, width) = before.camera.intrinsics, before.camera.size
+            ahead = np.where(local[:, 2] > 0.01, local[:, 2], np.inf)
+            at = local[:, 0] / ahead * k.fx + k.cx, local[:, 1] / ahead * k.fy + k.cy
+            inside = (np.isfinite(ahead)) & (abs(at[0] / width - 0.5) < 0.5)
+            inside &= abs(at[1] / height - 0.5) < 0.5
+            nearness = np.linalg.norm(points - before.camera.position_m, axis=1)
+            nearness /= np.linalg.norm(points - later.camera.position_m, axis=1)
+            assert (inside & (abs(np.log(nearness)) < np.log(1.6))).mean() < 0.5
+
+
+def test_a_part_made_scene_is_completed_to_the_same_bytes(views, tmp_path):
+    fill(tmp_path, 4, views=3)  # all of one scene, and one picture of the next
+    assert scene_names(tmp_path) == [f"{number:06d}" for number in range(4)]
+    before = {path: path.stat().st_mtime_ns for path in (tmp_path / "images").iterdir()}
+    (tmp_path / "images" / "000001.jpg").unlink()
+    results = [outcome.result for outcome in fill(tmp_path, 9, views=3)]
+    assert sorted((len(result.made), result.kept) for result in results) == [(1, 2), (2, 1), (3, 0)]
+    for path, stamp in before.items():
+        if path.stem != "000001":
+            assert path.stat().st_mtime_ns == stamp
+    for name in scene_names(views):
+        for part in (f"images/{name}.jpg", f"truth/{name}.npz"):
+            assert (views / part).read_bytes() == (tmp_path / part).read_bytes()
+    assert {outcome.state for outcome in fill(tmp_path, 9, views=3)} == {"kept"}
+
+
+def test_parts_made_on_several_machines_are_the_whole(views, tmp_path):
+    parts = {"one": range(4), "other": range(4, 9)}  # they share a scene
+    for machine, numbers in parts.items():
+        fill(tmp_path / machine, len(numbers), views=3, first=numbers.start)
+        assert scene_names(tmp_path / machine) == [f"{number:06d}" for number in numbers]
+        for name in scene_names(tmp_path / machine):
+            for part in (f"images/{name}.jpg", f"truth/{name}.npz"):
+                assert (views / part).read_bytes() == (tmp_path / machine / part).read_bytes()
+
+
+def test_another_number_of_views_is_refused(views):
+    with pytest.raises(SceneFilesError, match="views=3"):
+        fill(views, 9, views=4)
+
+
+def test_a_scene_with_fewer_views_is_finished_without_the_others(tmp_path, monkeypatch):
+    def shy(*arguments):
+        earlier = arguments[-1]
+        return None if len(earlier) == 2 else choose_camera(*arguments)
+
+    monkeypatch.setattr("footprints_edge_models.scenes.generate.choose_camera", shy)
+    (outcome,) = fill(tmp_path, 4, views=4)
+    assert (len(outcome.result.made), outcome.result.kept) == (2, 0)
+    assert scene_names(tmp_path) == ["000000", "000001"]
+    (outcome,) = fill(tmp_path, 4, views=4)
+    assert (outcome.state, outcome.result.kept) == ("kept", 2)
+
+
+def test_the_command_makes_several_views(tmp_path):
+    arguments = ["scenes", str(tmp_path / "out"), "--count", "5", "--size", "64x96", "-j", "1"]
+    made = CliRunner().invoke(app, [*arguments, "--views", "2"])
+    assert made.exit_code == 0, made.output
+    said = json.loads(made.stdout.splitlines()[-1])
+    assert (said["made"], said["views"]) == (5, 2)
+    assert read_settings(tmp_path / "out").views == 2
+    other = CliRunner().invoke(app, arguments)
+    assert other.exit_code == 2 and "another folder" in other.output
