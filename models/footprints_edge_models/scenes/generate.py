@@ -14,8 +14,8 @@ from footprints_edge_models.scenes.layout.scene import Scene
 from footprints_edge_models.scenes.layout.streets.exterior import draw_street
 from footprints_edge_models.scenes.rendering.cameras import Camera, choose_camera, picture_size
 from footprints_edge_models.scenes.rendering.geometry import Geometry, geometry_of
+from footprints_edge_models.scenes.rendering.look import look_of
 from footprints_edge_models.scenes.rendering.raycast import Triangles
-from footprints_edge_models.scenes.rendering.sensor import photograph
 from footprints_edge_models.scenes.rendering.shading.render import render
 
 ROOMS_SHARE = 0.6
@@ -49,5 +49,6 @@ def generate_scene(library: TextureLibrary, seed: int, number: int, size: Size) 
     outlines = Triangles(geometry.outlines)
     camera = choose_camera(scene, geometry, picture_size(size, rng), rng, solids, outlines)
     ground_truth = trace_ground_truth(camera, geometry, solids, outlines)
-    image = photograph(render(scene, geometry, solids, camera, library, rng), rng)
+    look = look_of(library)
+    image = look.photograph(render(scene, geometry, solids, camera, library, look, rng), rng)
     return SyntheticScene(scene, geometry, camera, image, ground_truth)
