@@ -20,21 +20,18 @@ class Look:
     Attributes:
         supersampling: colours are computed at this many pixels for each of the picture's, along
             each side.
-        taps: most samples of a texture along the longer side of a pixel's patch on a surface; with
-            one, textures are sampled as if patches were round.
         bounced: whether light comes from where it comes from, sky and surfaces around; otherwise
             it is the same from all sides.
         photograph: turns linear light (H, W, 3) into a photo, uint8 RGB.
     """
 
     supersampling: float
-    taps: int
     bounced: bool
     photograph: TakePicture
 
 
-PLAIN = Look(1.1, 1, False, photograph)
-PHOTO = Look(1.3, 4, True, take_photo)
+PLAIN = Look(1.1, False, photograph)
+PHOTO = Look(1.5, True, take_photo)
 
 
 def look_of(library: TextureLibrary) -> Look:

@@ -126,13 +126,14 @@ def _developed(light: Light, rng: Rng) -> Light:
         light = light * np.exp(strength * (np.log(0.14) - around))[..., None]
     white = float(rng.uniform(1.0, 2.2))
     light = light * (1 + light / white**2) / (1 + light) * (1.25 + 0.25 / white)
-    black = float(rng.uniform(0, 0.016)) if rng.random() < 0.7 else 0.0
-    tone = np.maximum(light - black, 0) ** np.float32(1 / 2.2)
-    curve = float(np.clip(rng.normal(0.85, 0.3), 0.1, 1.5))
+    black = float(rng.uniform(0, 0.01)) if rng.random() < 0.7 else 0.0
+    tone = np.clip(light - black, 0, 1) ** np.float32(1 / 2.2)
+    curve = float(np.clip(rng.normal(0.75, 0.3), 0.0, 1.4))
     tone = tone + curve * (tone - 0.45) * tone * (1 - tone) * 1.6
-    saturation = float(np.clip(rng.normal(1.05, 0.15), 0.6, 1.4))
+    saturation = float(np.clip(rng.normal(1.0, 0.15), 0.6, 1.4))
     grey = (tone @ vector([0.3, 0.59, 0.11]))[..., None]
-    return np.asarray(grey + (tone - grey) * saturation, np.float32)
+    pale = 1 - np.clip((grey - 0.85) / 0.15, 0, 1)  # what is nearly white is white
+    return np.asarray(grey + (tone - grey) * (saturation * pale), np.float32)
 
 
 def _denoised(tone: Light, rng: Rng) -> Light:

@@ -51,8 +51,9 @@ PAINTED = frozenset({"plaster", "wallpaper", "paint"})
 """Classes whose photograph gives the relief, not the colour."""
 GRAINED = frozenset({"wood", "woodfloor", "planks", "woodsiding"})
 """Classes that are turned so that their grain runs along x, as that of procedural ones does."""
-_DULL_ABOVE = 0.3
-"""Textures of a higher mean saturation are paler than photographed: few floors are so loud."""
+_DULL_ABOVE = {"asphalt": 0.08, "concrete": 0.12, "gravel": 0.18, "pavingstones": 0.22}
+"""Textures of a higher mean saturation are paler than photographed: few roads are so loud."""
+_OTHERS_DULL_ABOVE = 0.3
 
 
 @dataclass(frozen=True)
@@ -205,7 +206,8 @@ def _varied(
         tile = plaster_colour(rng) * (1 + (grey / grey.mean() - 1) * contrast)
     else:
         loud = float((tile.max(axis=2) - tile.min(axis=2)).mean() / max(float(mean.max()), 0.05))
-        colour = float(rng.uniform(0.45, 1.0)) * min(1.0, _DULL_ABOVE / max(loud, 1e-3))
+        dull = _DULL_ABOVE.get(category, _OTHERS_DULL_ABOVE)
+        colour = float(rng.uniform(0.45, 1.0)) * min(1.0, dull / max(loud, 1e-3))
         tile = grey + (tile - grey) * colour
         mean = tile.mean(axis=(0, 1))
         tile = mean + (tile - mean) * contrast

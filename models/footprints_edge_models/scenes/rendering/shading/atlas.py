@@ -34,13 +34,13 @@ class TextureAtlas:
         self.pixels = np.zeros((height, width, 3), np.uint8)
         means = []
         for texture, top, left in zip(textures, self.top, self.left, strict=True):
-            x = int(left)
+            smaller, x = texture, int(left)
             for _ in range(LEVELS):
-                tile = cv2.copyMakeBorder(texture, 1, 1, 1, 1, cv2.BORDER_WRAP)
+                tile = cv2.copyMakeBorder(smaller, 1, 1, 1, 1, cv2.BORDER_WRAP)
                 self.pixels[top : top + len(tile), x : x + tile.shape[1]] = tile
                 x += tile.shape[1]
-                texture = cv2.resize(texture, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-            means.append(np.take(_LINEAR, texture).mean(axis=(0, 1)))
+                smaller = cv2.resize(smaller, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+            means.append(np.take(_LINEAR, smaller).mean(axis=(0, 1)))
         self.mean = np.array(means, np.float32).reshape(-1, 3).T
 
     def sample(self, row: NDArray[np.int32], uv: Floats32, level: NDArray[np.int32]) -> Floats32:

@@ -21,11 +21,7 @@ from footprints_edge_models.scenes.rendering.raycast import Floats32, Triangles
 from footprints_edge_models.scenes.rendering.shading.bounced import SecondLight, sky_table
 from footprints_edge_models.scenes.rendering.shading.light import light_on
 from footprints_edge_models.scenes.rendering.shading.mirrors import add_mirrored
-from footprints_edge_models.scenes.rendering.shading.surfaces import (
-    Grid,
-    material_table,
-    surface_at,
-)
+from footprints_edge_models.scenes.rendering.shading.surfaces import material_table, surface_at
 from footprints_edge_models.scenes.vectors import dot, vector
 
 
@@ -47,8 +43,7 @@ def render(
     met = np.flatnonzero(np.bincount(geometry.material[hits.triangle[hits.triangle >= 0]]))
     materials = material_table(geometry, library, met)
     pixel_m = np.float32(1 / (camera.intrinsics.focal_px * look.supersampling)) / lengths
-    grid = Grid(size, look.taps) if look.taps > 1 else None
-    surface = surface_at(geometry, materials, hits, origins, directions, pixel_m, grid)
+    surface = surface_at(geometry, materials, hits, origins, directions, pixel_m)
     second = None
     if look.bounced:
         second = SecondLight(scene, geometry, materials, solids, sky_table(scene, library))

@@ -5,19 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge.foundation.types import Size
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
 from footprints_edge_models.scenes.rendering.geometry import Geometry
 from footprints_edge_models.scenes.rendering.raycast import Floats32, Hits
 from footprints_edge_models.scenes.rendering.shading.atlas import LEVELS, TextureAtlas
 from footprints_edge_models.scenes.vectors import dot
 
-_ROUND = 1.5
-"""Patches that are longer than wide by less than this factor are sampled once."""
-_BIAS = -0.4
-"""Levels by which textures are softer than a pixel; negative, as several rays share a pixel."""
-_FURTHEST = 2.0
-"""Neighbours further apart than this, in repeats, lie on different sides of a seam."""
 _OFFSET_M = np.float32(2e-3)
 
 
@@ -32,69 +25,6 @@ class Surface:
     material: NDArray[np.int32]
     part: NDArray[np.int32]
     distance_m: Floats32
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Rays that make a picture: from its neighbours a pixel knows how long its patch is.
-
-    Attributes:
-        size: (H, W) of the picture.
-        taps: most samples along the longer side of a patch.
-    """
-
-    size: Size
-    taps: int
-
-    def sample(
-        self,
-        atlas: TextureAtlas,
-        row: NDArray[np.int32],
-        uv: Floats32,
-        part: NDArray[np.int32],
-        round_uv: Floats32,
-    ) -> Floats32:
-        """Linear colours (3, N) of textures, averaged over each pixel's patch.
-
-        Args:
-            atlas: the textures.
-            row: which of them, (N,).
-            uv: where, in repeats, (2, N).
-            part: pixels of one part are neighbours on a surface, (N,).
-            round_uv: sides of patches in repeats, where there is no neighbour, (N,).
-        """
-        along_x, along_y = (self._steps(uv, part, axis) for axis in (1, 0))
-        long_x, long_y = (np.hypot(step[0], step[1]) for step in (along_x, along_y))
-        known = (long_x > 0) & (long_y > 0) & (np.maximum(long_x, long_y) < _FURTHEST)
-        longer = np.where(known, np.maximum(long_x, long_y), round_uv)
-        shorter = np.where(known, np.minimum(long_x, long_y), round_uv)
-        ratio = np.clip(longer / np.maximum(shorter, 1e-9), 1, self.taps)
-        side = np.take(atlas.side, row)
-        exact = np.log2(np.maximum(longer / ratio * side, 1e-3)) + np.float32(_BIAS)
-        level = np.clip(np.rint(exact), 0, LEVELS - 1).astype(np.int32)
-        colours = atlas.sample(row, uv, level)
-        stretched = np.flatnonzero(known & (ratio > _ROUND))
-        if len(stretched):
-            way = np.where(long_x > long_y, along_x, along_y)[:, stretched]
-            total = np.zeros((3, len(stretched)), np.float32)
-            start, rows = np.take(uv, stretched, axis=1), row[stretched]
-            for tap in range(self.taps):
-                share = np.float32((tap + 0.5) / self.taps - 0.5)
-                total += atlas.sample(rows, start + way * share, level[stretched])
-            colours[:, stretched] = total / self.taps
-        return colours
-
-    def _steps(self, uv: Floats32, part: NDArray[np.int32], axis: int) -> Floats32:
-        """How far a texture goes on to the next pixel, or came from the last; 0 if unknown."""
-        plane, parts = uv.reshape(2, *self.size), part.reshape(self.size)
-        step = np.diff(plane, axis=axis + 1) * (np.diff(parts, axis=axis) == 0)
-        steps = np.zeros_like(plane)
-        first, last = [slice(None)] * 3, [slice(None)] * 3
-        first[axis + 1], last[axis + 1] = slice(None, -1), slice(1, None)
-        steps[tuple(first)] = step
-        nothing = steps[tuple(last)] == 0
-        steps[tuple(last)] += step * nothing
-        return steps.reshape(2, -1)
 
 
 @dataclass(frozen=True)
@@ -144,20 +74,8 @@ def surface_at(
     origins: Floats32,
     directions: Floats32,
     pixel_m: Floats32,
-    grid: "Grid | None" = None,
 ) -> Surface:
-    """Points, normals towards the eye and colours.
-
-    Args:
-        geometry: the triangles.
-        materials: what they are made of.
-        hits: what the rays met.
-        origins: where they started, (3, N).
-        directions: unit, (3, N).
-        pixel_m: a pixel's width at one metre, (N,).
-        grid: the picture that the rays make; with it, textures are filtered by what lies between
-            neighbouring pixels, else as if a pixel's patch on the surface were round.
-    """
+    """Points, normals towards the eye and colours; ``pixel_m`` is a pixel's width at one metre."""
     met = hits.triangle >= 0
     triangle = np.where(met, hits.triangle, 0)
     distance = np.where(met, hits.distance, np.float32(1))
@@ -173,12 +91,8 @@ def surface_at(
     side_px = materials.atlas.side[row].astype(np.float32)
     uv = _blended(geometry.uv, triangle, weights) / tile_m
     spread = distance * pixel_m / np.sqrt(np.maximum(np.abs(facing), 0.02)) * side_px / tile_m
-    if grid is None:
-        level = np.clip(np.log2(np.maximum(spread, 1)), 0, LEVELS - 1).astype(np.int32)
-        albedo = materials.atlas.sample(row, uv, level)
-    else:
-        part = np.where(met, geometry.part[triangle], -1)
-        albedo = grid.sample(materials.atlas, row, uv, part, spread / side_px)
+    level = np.clip(np.log2(np.maximum(spread, 1)), 0, LEVELS - 1).astype(np.int32)
+    albedo = materials.atlas.sample(row, uv, level)
     albedo *= np.take(materials.tint, material, axis=1)
     points = origins + directions * distance + normals * _OFFSET_M
     return Surface(met, points, normals, albedo, material, geometry.part[triangle], distance)
