@@ -69,6 +69,15 @@ def scenes(
     preview: Annotated[
         Path | None, typer.Option(help="Write a contact sheet of the folder, a PNG.")
     ] = None,
+    beside: Annotated[
+        list[Path] | None,
+        typer.Option(
+            exists=True,
+            file_okay=False,
+            help="Folder of photos to show beside the pictures on the contact sheet, and to "
+            "compare them with in numbers; repeat for more.",
+        ),
+    ] = None,
 ) -> None:
     """Make rooms and streets with exact visible and hidden ground; print a summary as JSON.
 
@@ -76,9 +85,12 @@ def scenes(
     """
     with explained("train"):
         from footprints_edge.foundation.cores import usable_cores
+        from footprints_edge_models.scenes.storage.beside_photos import write_beside_photos
         from footprints_edge_models.scenes.storage.files import SceneSettings
         from footprints_edge_models.scenes.storage.preview import write_preview
 
+        if beside and preview is None:
+            raise typer.BadParameter("--beside needs --preview: it decides what is on the sheet")
         if views is None:
             views = VIEWS_WITH_ASSETS if assets else 1
         settings = SceneSettings(split.value, seed, size_of(size), views=views)
@@ -87,7 +99,10 @@ def scenes(
         pack = _pack(output, assets or [])
         outcomes = _make(output, settings, textures or [], count, processes, pack)
         seconds = time.perf_counter() - start
-        if preview is not None:
+        looks = None
+        if preview is not None and beside:
+            looks = write_beside_photos(output, beside, preview)
+        elif preview is not None:
             write_preview(output, preview)
         written = [size for o in outcomes if o.result is not None for size in o.result.made]
         kept = sum(o.result.kept for o in outcomes if o.result is not None)
@@ -102,6 +117,7 @@ def scenes(
             "processes": processes,
             "pictures_per_second_and_process": round(len(written) / seconds / processes, 2),
             "bytes_per_picture": round(sum(written) / len(written)) if written else None,
+            **({"made_photos_distance": looks} if looks else {}),
         }
         typer.echo(json.dumps(summary))
         if failed:

@@ -15,8 +15,8 @@ from footprints_edge_models.scenes.layout.scene import Scene
 from footprints_edge_models.scenes.layout.streets.exterior import draw_street
 from footprints_edge_models.scenes.rendering.cameras import Camera, choose_camera, picture_size
 from footprints_edge_models.scenes.rendering.geometry import Geometry, geometry_of
+from footprints_edge_models.scenes.rendering.look import look_of
 from footprints_edge_models.scenes.rendering.raycast import Triangles
-from footprints_edge_models.scenes.rendering.sensor import photograph
 from footprints_edge_models.scenes.rendering.shading.render import render
 
 ROOMS_SHARE = 0.6
@@ -88,8 +88,10 @@ def generate_views(
         if camera is None:
             break
         cameras.append(camera)
+    look = look_of(library)
     for view, (camera, draw) in enumerate(zip(cameras, draws, strict=False)):
         if view in wanted:
             ground_truth = trace_ground_truth(camera, geometry, solids, outlines)
-            image = photograph(render(scene, geometry, solids, camera, library, draw), draw)
+            light = render(scene, geometry, solids, camera, library, look, draw)
+            image = look.photograph(light, draw)
             yield SyntheticScene(view, len(cameras), scene, geometry, camera, image, ground_truth)

@@ -65,7 +65,7 @@ class Palette:
         texture = self.library.any_of(rng, *kinds)
         tint = np.exp(rng.normal(0, value) + rng.normal(0, hue, 3))
         if not isinstance(tile_m, float):
-            tile_m = float(rng.uniform(*tile_m))
+            tile_m = float(rng.uniform(*self.library.tile_m(texture, tile_m)))
         red, green, blue = (float(min(factor, 1.6)) for factor in tint)
         return Material(texture, tile_m, (red, green, blue), gloss, sharpness, glow)
 

@@ -29,6 +29,23 @@ class Lamp:
 
 
 @dataclass(frozen=True)
+class Backdrop:
+    """A panorama around a scene.
+
+    Attributes:
+        panorama: its key in the pack of assets.
+        turn: how far it is turned, radians.
+        mirrored: whether left and right are swapped.
+        tint: factors on its linear colours.
+    """
+
+    panorama: str
+    turn: float
+    mirrored: bool
+    tint: Colour
+
+
+@dataclass(frozen=True)
 class Sky:
     """The sky and the horizon, and their light.
 
@@ -40,6 +57,7 @@ class Sky:
         far: colour of hills, trees and houses at the horizon.
         far_deg: how high these reach.
         clouds: the texture that says where clouds are.
+        backdrop: a panorama in place of the colours and clouds above.
     """
 
     towards_sun: NDArray[np.float64]
@@ -49,6 +67,7 @@ class Sky:
     far: Colour
     far_deg: float
     clouds: TextureKey
+    backdrop: Backdrop | None = None
 
 
 @dataclass(frozen=True)
@@ -89,3 +108,12 @@ class Scene:
     slope: tuple[float, float] = (0.0, 0.0)
     haze_m: float = 1e6
     look_deg: tuple[float, ...] = ()
+
+    def assets(self) -> tuple[str, ...]:
+        """Keys of the models, textures and panoramas of a pack that the scene is made of."""
+        parts = [part.material for thing in self.things for part in thing.parts]
+        materials = [*parts, *(patch.material for patch in self.ground)]
+        backdrop = self.sky.backdrop.panorama if self.sky.backdrop else ""
+        used = {material.texture.picture for material in materials}
+        used |= {thing.asset for thing in self.things} | {backdrop}
+        return tuple(sorted(used - {""}))

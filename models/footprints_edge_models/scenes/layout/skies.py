@@ -5,7 +5,9 @@ from numpy.typing import NDArray
 
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
-from footprints_edge_models.scenes.layout.scene import Colour, Sky
+from footprints_edge_models.scenes.assets.textures.photographed import PackPictures
+from footprints_edge_models.scenes.layout.panoramas import colours_in, heading_of, panorama
+from footprints_edge_models.scenes.layout.scene import Backdrop, Colour, Sky
 from footprints_edge_models.scenes.vectors import vector
 
 
@@ -14,9 +16,16 @@ def _colour(values: NDArray[np.float64]) -> Colour:
     return red, green, blue
 
 
+PANORAMAS_SHARE = 0.75
+"""Share of skies that are panoramas, where the library has some."""
+
+
 def draw_sky(palette: Palette, bright: float) -> Sky:
     """A sky whose horizon is about as bright as ``bright`` white walls in ordinary light."""
     rng = palette.rng
+    pictures = palette.library.pictures
+    if pictures is not None and pictures.panoramas and rng.random() < PANORAMAS_SHARE:
+        return _photographed_sky(palette, pictures, bright)
     height = np.radians(rng.uniform(12, 70))
     heading = rng.uniform(0, 2 * np.pi)
     towards = np.array(
@@ -50,10 +59,48 @@ def draw_sky(palette: Palette, bright: float) -> Sky:
     )
 
 
+def _photographed_sky(palette: Palette, pictures: PackPictures, bright: float) -> Sky:
+    """A panorama, turned at random; where it shows the sun, the sun shines from there."""
+    rng = palette.rng
+    key = pictures.panoramas[rng.integers(len(pictures.panoramas))]
+    seen = panorama(pictures, key)
+    turn, mirrored = float(rng.uniform(0, 2 * np.pi)), bool(rng.random() < 0.5)
+    grey = float(vector([0.25, 0.6, 0.15]) @ (0.5 * seen.horizon + 0.5 * seen.zenith))
+    mean = (0.5 * seen.horizon + 0.5 * seen.zenith).astype(np.float64)
+    paler = (grey / mean) ** 0.5  # skies at dusk and dawn are many among panoramas
+    tint = bright * rng.uniform(0.75, 1.15) / grey * paler * np.exp(rng.normal(0, 0.03, 3))
+    zenith, horizon, far = (
+        each.astype(np.float64) * tint for each in (seen.zenith, seen.horizon, seen.far)
+    )
+    azimuth, height = seen.sun or (0.0, 0.8)
+    heading = heading_of(azimuth, turn, mirrored=mirrored)
+    towards = np.array(
+        [np.cos(heading) * np.cos(height), np.sin(heading) * np.cos(height), np.sin(height)]
+    )
+    low = 1 - np.sin(height)
+    warm = np.array([1.0, 1 - 0.2 * low, 1 - 0.4 * low])
+    sun = warm * (rng.uniform(1.5, 4.5) if seen.sun else 0) * bright
+    backdrop = Backdrop(key, turn, mirrored, _colour(tint))
+    return Sky(
+        towards,
+        _colour(sun),
+        _colour(zenith),
+        _colour(horizon),
+        _colour(far),
+        0.0,
+        palette.library.any_of(rng, "clouds"),
+        backdrop,
+    )
+
+
 def sky_colours(
     sky: Sky, directions: NDArray[np.float32], library: TextureLibrary
 ) -> NDArray[np.float32]:
     """Colours of the sky and the horizon in unit directions (N, 3): float32 (N, 3)."""
+    if sky.backdrop is not None and library.pictures is not None:
+        back = sky.backdrop
+        seen = panorama(library.pictures, back.panorama)
+        return colours_in(seen, directions, back.turn, mirrored=back.mirrored) * vector(back.tint)
     cover = library.draw(sky.clouds)[..., 0].astype(np.float32) / 255
     rise = directions[:, 2]
     up = np.clip(rise, 0, 1)[:, None]

@@ -203,7 +203,7 @@ def write_scene(
         "ground_height_mm": height_mm.astype(np.uint8),
         "inverse_depth": np.frombuffer(_packed(inverse), np.uint8),
     }
-    if used := sorted({thing.asset for thing in scene.things} - {""}):
+    if used := scene.assets():
         arrays["assets"] = np.array(used)
     if views > 1:
         arrays["views"] = np.array(views)

@@ -68,12 +68,17 @@ def siding(rng: Rng) -> Texture:
     return as_texture(colour * (shade * (1 + 0.04 * noise(rng, 1.2)))[..., None])
 
 
-def plaster(rng: Rng) -> Texture:
-    """A painted wall."""
-    colour = random_colour(
+def plaster_colour(rng: Rng) -> Texture:
+    """A colour of painted walls, float32 (3,)."""
+    return random_colour(
         rng, (0.9, 0.9, 0.88), (0.86, 0.83, 0.76), (0.8, 0.82, 0.84), (0.92, 0.9, 0.85),
         (0.75, 0.74, 0.72), (0.72, 0.78, 0.7), (0.85, 0.74, 0.56), (0.6, 0.68, 0.75),
         (0.66, 0.5, 0.42), (0.45, 0.5, 0.52),
     )  # fmt: skip
+
+
+def plaster(rng: Rng) -> Texture:
+    """A painted wall."""
+    colour = plaster_colour(rng)
     shade = 1 + rng.uniform(0, 0.02) * noise(rng, 0.6) + rng.uniform(0, 0.015) * noise(rng, 1.9)
     return as_texture(colour * shade[..., None])

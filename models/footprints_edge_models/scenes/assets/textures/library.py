@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from footprints_edge.inputs.image_files import IMAGE_SUFFIXES
 from footprints_edge_models.scenes.assets.textures.noise import SIDE_PX, Rng
 from footprints_edge_models.scenes.assets.textures.patterns import PATTERNS
+from footprints_edge_models.scenes.assets.textures.photographed import PackPictures
 
 SceneSplit: TypeAlias = Literal["train", "test"]
 SPLITS: tuple[SceneSplit, ...] = get_args(SceneSplit)
@@ -31,10 +32,17 @@ TEST_PHOTOS = 8
 
 @dataclass(frozen=True)
 class TextureKey:
-    """One texture of a library: its kind, or ``photo``, and its number."""
+    """One texture of a library.
+
+    Attributes:
+        kind: Kind of procedural texture, or ``photo``.
+        number: Its number.
+        picture: Key of a photographed texture that stands for the kind; the number is its variant.
+    """
 
     kind: str
     number: int
+    picture: str = ""
 
 
 class TexturedModels(Protocol):
@@ -52,11 +60,13 @@ class TextureLibrary:
         split: train or test; decides the seeds.
         photos: photos of this split, whose crops are textures of the kind ``photo``.
         models: 3D models of this split, with textures of their own.
+        pictures: photographed textures and panoramas of this split.
     """
 
     split: SceneSplit
     photos: tuple[Path, ...] = field(default=(), repr=False)
     models: "TexturedModels | None" = None
+    pictures: PackPictures | None = None
 
     @classmethod
     def over(cls, split: SceneSplit, folders: Iterable[Path]) -> "TextureLibrary":
@@ -78,10 +88,21 @@ class TextureLibrary:
         number = int(rng.integers(1 << 30))
         if kind == "photo" and self.photos:
             return TextureKey("photo", number % (len(self.photos) * 4))
+        if self.pictures is not None and (found := self.pictures.in_place_of(kind, number)):
+            picture, variant = found
+            return TextureKey(kind, variant, picture)
         return TextureKey("print" if kind == "photo" else kind, number % VARIANTS)
 
+    def tile_m(self, key: TextureKey, asked: tuple[float, float]) -> tuple[float, float]:
+        """The least and greatest side of a texture's tile: a photographed one has its own."""
+        if key.picture and self.pictures is not None:
+            return self.pictures.tile_m(key.kind, key.picture)
+        return asked
+
     def draw(self, key: TextureKey) -> NDArray[np.uint8]:
-        """The texture, uint8 (SIDE_PX, SIDE_PX, 3), RGB; it tiles."""
+        """The texture, uint8 (S, S, 3), RGB; it tiles. S is SIDE_PX, or LARGE_PX of pictures."""
+        if key.picture and self.pictures is not None:
+            return self.pictures.texture(key.picture, key.number)
         if key.kind == "photo":
             return _photo_crop(self.photos[key.number // 4], key.number % 4)
         if self.models is not None and key.kind.startswith("model:"):

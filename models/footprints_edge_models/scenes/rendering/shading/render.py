@@ -16,14 +16,13 @@ from footprints_edge_models.scenes.layout.scene import Scene
 from footprints_edge_models.scenes.layout.skies import sky_colours
 from footprints_edge_models.scenes.rendering.cameras import Camera
 from footprints_edge_models.scenes.rendering.geometry import Geometry
+from footprints_edge_models.scenes.rendering.look import Look
 from footprints_edge_models.scenes.rendering.raycast import Floats32, Triangles
+from footprints_edge_models.scenes.rendering.shading.bounced import SecondLight, sky_table
 from footprints_edge_models.scenes.rendering.shading.light import light_on
 from footprints_edge_models.scenes.rendering.shading.mirrors import add_mirrored
 from footprints_edge_models.scenes.rendering.shading.surfaces import material_table, surface_at
 from footprints_edge_models.scenes.vectors import dot, vector
-
-SUPERSAMPLING = 1.1
-"""Colours are computed at this many pixels for each of the picture's, along each side."""
 
 
 def render(
@@ -32,19 +31,23 @@ def render(
     solids: Triangles,
     camera: Camera,
     library: TextureLibrary,
+    look: Look,
     rng: np.random.Generator,
 ) -> Floats32:
     """The light that falls on the camera: linear RGB, float32 (H, W, 3)."""
-    size = (round(camera.size[0] * SUPERSAMPLING), round(camera.size[1] * SUPERSAMPLING))
+    size = (round(camera.size[0] * look.supersampling), round(camera.size[1] * look.supersampling))
     eye, rays = camera.rays(size)
     lengths: Floats32 = np.sqrt(dot(rays.T, rays.T))
     origins, directions = eye.T, np.asarray(rays.T / lengths, dtype=np.float32)
     hits = solids.first_hits(origins.T, directions.T)
     met = np.flatnonzero(np.bincount(geometry.material[hits.triangle[hits.triangle >= 0]]))
     materials = material_table(geometry, library, met)
-    pixel_m = np.float32(1 / (camera.intrinsics.focal_px * SUPERSAMPLING)) / lengths
+    pixel_m = np.float32(1 / (camera.intrinsics.focal_px * look.supersampling)) / lengths
     surface = surface_at(geometry, materials, hits, origins, directions, pixel_m)
-    light = light_on(scene, solids, surface, size, rng)
+    second = None
+    if look.bounced:
+        second = SecondLight(scene, geometry, materials, solids, sky_table(scene, library))
+    light = light_on(scene, solids, surface, size, rng, second)
     colours = surface.albedo * (light + materials.glow[surface.material])
     add_mirrored(scene, geometry, materials, solids, surface, directions, colours, size, library)
     if scene.haze_m < 1e5:

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
-from footprints_edge_models.scenes.assets.textures.noise import SIDE_PX
 from footprints_edge_models.scenes.rendering.geometry import Geometry
 from footprints_edge_models.scenes.rendering.raycast import Floats32, Hits
 from footprints_edge_models.scenes.rendering.shading.atlas import LEVELS, TextureAtlas
@@ -30,14 +29,15 @@ class Surface:
 
 @dataclass(frozen=True)
 class MaterialTable:
-    """The M materials of a scene as arrays: ``tint`` is (3, M), the others are (M,).
+    """The M materials of a scene as arrays: ``tint`` and ``mean`` are (3, M), the others (M,).
 
-    ``row`` is the place of a material's texture in the atlas.
+    ``row`` is the place of a material's texture in the atlas, ``mean`` its mean colour.
     """
 
     row: NDArray[np.int32]
     tile_m: Floats32
     tint: Floats32
+    mean: Floats32
     gloss: Floats32
     sharpness: Floats32
     glow: Floats32
@@ -53,10 +53,13 @@ def material_table(
     difference.
     """
     atlas = TextureAtlas([geometry.materials[k].texture for k in met], library)
+    row = np.array([atlas.row.get(m.texture, 0) for m in geometry.materials], np.int32)
+    tint = np.array([m.tint for m in geometry.materials], np.float32).T
     return MaterialTable(
-        np.array([atlas.row.get(m.texture, 0) for m in geometry.materials], np.int32),
+        row,
         np.array([m.tile_m for m in geometry.materials], np.float32),
-        np.array([m.tint for m in geometry.materials], np.float32).T,
+        tint,
+        atlas.mean[:, row] * tint,
         np.array([m.gloss for m in geometry.materials], np.float32),
         np.array([m.sharpness for m in geometry.materials], np.float32),
         np.array([m.glow for m in geometry.materials], np.float32),
@@ -84,10 +87,12 @@ def surface_at(
     normals *= np.where(facing > 0, np.float32(-1), np.float32(1))
     material = geometry.material[triangle]
     tile_m = materials.tile_m[material]
+    row = materials.row[material]
+    side_px = materials.atlas.side[row].astype(np.float32)
     uv = _blended(geometry.uv, triangle, weights) / tile_m
-    spread = distance * pixel_m / np.sqrt(np.maximum(np.abs(facing), 0.02)) * SIDE_PX / tile_m
+    spread = distance * pixel_m / np.sqrt(np.maximum(np.abs(facing), 0.02)) * side_px / tile_m
     level = np.clip(np.log2(np.maximum(spread, 1)), 0, LEVELS - 1).astype(np.int32)
-    albedo = materials.atlas.sample(materials.row[material], uv, level)
+    albedo = materials.atlas.sample(row, uv, level)
     albedo *= np.take(materials.tint, material, axis=1)
     points = origins + directions * distance + normals * _OFFSET_M
     return Surface(met, points, normals, albedo, material, geometry.part[triangle], distance)
