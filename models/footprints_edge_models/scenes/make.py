@@ -17,6 +17,7 @@ from footprints_edge.parallel.serial import run_serially
 from footprints_edge_models.asset_files.pack import AssetPack
 from footprints_edge_models.scenes.assets.models import ModelLibrary
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
+from footprints_edge_models.scenes.assets.worlds import WorldLibrary
 from footprints_edge_models.scenes.credits import write_credits
 from footprints_edge_models.scenes.generate import SyntheticScene, generate_scene
 from footprints_edge_models.scenes.ground_truth.boxes import boxes_of
@@ -100,7 +101,8 @@ def make_scenes(
     )
     pack = None if assets is None else AssetPack(assets)
     if assets is not None:
-        library = replace(library, models=ModelLibrary(assets, settings.split))
+        models, worlds = (kind(assets, settings.split) for kind in (ModelLibrary, WorldLibrary))
+        library = replace(library, models=models, worlds=worlds)
     settings = replace(settings, textures=named, assets=pack.fingerprint if pack else "")
     write_settings(folder, settings)
     job, numbers = SceneJob(folder, settings, library), range(first, first + count)
