@@ -47,7 +47,8 @@ class Surface:
         rgb: sRGB colour, 0 to 255; factor on the texture where there is one.
         texture: uint8 (H, W, 3), sRGB, row 0 at v = 1; None for a plain colour.
         alpha: bool (H, W), where the texture is opaque; None where all of it is.
-        role: `floor`, `wall` or `object`.
+        role: `floor`, `wall`, `object` or `stairs`.
+        name: Of its node, where there are several.
     """
 
     points: NDArray[np.float32] = field(repr=False)
@@ -57,6 +58,7 @@ class Surface:
     texture: NDArray[np.uint8] | None = field(default=None, repr=False)
     alpha: NDArray[np.bool_] | None = field(default=None, repr=False)
     role: str = "object"
+    name: str = ""
 
 
 @dataclass(frozen=True, eq=False)

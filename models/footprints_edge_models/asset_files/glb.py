@@ -4,7 +4,7 @@ A folder of objects holds `index.json`: a list of objects with `file`, `category
 `author`, `source` and `nodes`. A world `NAME.glb` has `NAME.json`, with `title`, `licence`,
 `author`, `source` and `nodes`, and `NAME.cameras.json`, with places where a camera stands free.
 Nodes have a `name`, and where they need them a `role` (`floor`, `wall`, `object`, `door_open`,
-`backdrop`), `rgb` (sRGB), and `alpha_mask`. Metres, y up.
+`backdrop`), `rgb` (sRGB), `alpha_mask`, and `stairs`. Metres, y up.
 """
 
 import json
@@ -18,9 +18,11 @@ from numpy.typing import NDArray
 
 from footprints_edge_models.asset_files.asset import Asset, AssetError, Credit, Surface, upright
 from footprints_edge_models.asset_files.meshes import surfaces_of
+from footprints_edge_models.asset_files.world_plan import WorldPlan, plan_of
 
 _ROLES = {"floor": "floor", "wall": "wall", "object": "object", "door_open": "object"}
-"""Roles of nodes that are kept, and what they are to a scene; others, backdrops, are left out."""
+"""Roles of nodes that are kept, and what they are to a scene. Others, bright planes outside windows
+(`backdrop`), are left out: the sky is seen there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +48,9 @@ class World:
         key: Unique name, that of its file.
         surfaces: Its triangles by node, with their roles.
         viewpoints: Where cameras may stand.
-        core_m: (x0, y0, x1, y1) of the part that is built; None means all of it.
+        core_m: (x0, y0, x1, y1) of the part that is built, of places outdoors; None is indoors.
         credit: Whom to credit.
+        plan: What stands where on its floors.
     """
 
     key: str
@@ -55,6 +58,7 @@ class World:
     viewpoints: tuple[Viewpoint, ...] = field(repr=False)
     core_m: tuple[float, float, float, float] | None
     credit: Credit
+    plan: WorldPlan = field(default_factory=WorldPlan, repr=False)
 
 
 def read_objects(folder: Path) -> Iterator[Asset | AssetError]:
@@ -107,7 +111,10 @@ def read_world(path: Path) -> World:
         nodes = facts["nodes"]
     except (KeyError, TypeError, ValueError) as error:
         raise AssetError(f"{path.with_suffix('.json')}: {error!r}") from error
-    return World(path.stem, tuple(_surfaces(path, nodes)), viewpoints, _core(core), credit)
+    surfaces, outdoors = tuple(_surfaces(path, nodes)), core is not None
+    feet = [view.eye_m - (0, 0, view.height_m) for view in viewpoints]
+    plan = plan_of(surfaces, np.array(feet).reshape(-1, 3), outdoors=outdoors)
+    return World(path.stem, surfaces, viewpoints, _core(core), credit, plan)
 
 
 def _core(core: Any) -> tuple[float, float, float, float] | None:  # noqa: ANN401 - from JSON
@@ -136,6 +143,8 @@ def _surfaces(path: Path, nodes: Any) -> Iterator[Surface]:  # noqa: ANN401 - fr
         role = _ROLES.get(facts.get("role", "object"))
         if role is None:
             continue
+        if facts.get("stairs") and role == "object":
+            role = "stairs"
         matrix, geometry = scene.graph[name]
         mesh = scene.geometry[geometry]
         if not hasattr(mesh, "faces"):  # points and lines
@@ -148,6 +157,7 @@ def _surfaces(path: Path, nodes: Any) -> Iterator[Surface]:  # noqa: ANN401 - fr
             rgb=None if rgb is None else (int(rgb[0]), int(rgb[1]), int(rgb[2])),
             has_alpha=bool(facts.get("alpha_mask")),
             role=role,
+            name=str(name),
         )
 
 

@@ -18,6 +18,7 @@ def surfaces_of(
     rgb: tuple[int, int, int] | None = None,
     has_alpha: bool = False,
     role: str = "object",
+    name: str = "",
 ) -> Iterator[Surface]:
     """The surface of one trimesh mesh; none if it has no triangle.
 
@@ -27,6 +28,7 @@ def surfaces_of(
         rgb: Its colour, if the source states it apart from the file.
         has_alpha: Whether its texture's alpha cuts holes.
         role: Role of the surface.
+        name: Name of the surface.
     """
     faces = np.asarray(mesh.faces, np.int32)  # type: ignore[attr-defined]
     if not len(faces):
@@ -42,7 +44,7 @@ def surfaces_of(
     coordinates = np.zeros((len(points), 2), np.float32)
     if texture is not None:
         coordinates = np.asarray(uv, np.float32)
-    yield Surface(upright(points), faces, coordinates, rgb or colour, texture, alpha, role)
+    yield Surface(upright(points), faces, coordinates, rgb or colour, texture, alpha, role, name)
 
 
 def _material(material: object) -> tuple[Image.Image | None, tuple[int, int, int]]:

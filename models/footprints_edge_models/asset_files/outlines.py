@@ -18,7 +18,7 @@ VEHICLES = frozenset({"car", "van", "truck", "bus", "Vehicles"})
 _BODY_M = 0.9
 """The body of a vehicle, below this height, covers the ground below it."""
 _CELL_M = 0.02
-_ENCLOSED_M2 = 0.8
+ENCLOSED_M2 = 0.8
 """Smaller patches of ground that a thing encloses are inside of it."""
 
 
@@ -30,32 +30,67 @@ def outlines_of(surfaces: Sequence[Surface], category: str) -> list[NDArray[np.f
     """
     triangles = np.concatenate([surface.points[surface.triangles] for surface in surfaces])
     if category in VEHICLES:
-        low = triangles.reshape(-1, 3)
-        body = low[low[:, 2] < _BODY_M, :2].astype(np.float32)
-        return [cv2.convexHull(body)[:, 0].astype(np.float64)]
+        return [vehicle_outline(triangles)]
+    return outlines_below(triangles)
+
+
+def vehicle_outline(triangles: NDArray[np.floating]) -> NDArray[np.float64]:
+    """The outline (K, 2) of the body of a vehicle, triangles (T, 3, 3)."""
+    low = triangles.reshape(-1, 3)
+    body = low[low[:, 2] < _BODY_M, :2].astype(np.float32)
+    return np.asarray(cv2.convexHull(body)[:, 0], np.float64)
+
+
+def outlines_below(
+    triangles: NDArray[np.floating], cell_m: float = _CELL_M
+) -> list[NDArray[np.float64]]:
+    """Convex outlines of the ground below triangles (T, 3, 3), where they are low.
+
+    That is below STANDS_BELOW_M. Small patches that they enclose are taken, too.
+    """
     low = triangles[triangles[..., 2].min(axis=1) < STANDS_BELOW_M]
     if not len(low):
         return []
     points = low[..., :2].reshape(-1, 2)
-    corner = points.min(axis=0) - 2 * _CELL_M
-    columns, rows = (np.ceil(np.ptp(points, axis=0) / _CELL_M).astype(int) + 5).tolist()
+    corner = points.min(axis=0) - 2 * cell_m
+    columns, rows = (np.ceil(np.ptp(points, axis=0) / cell_m).astype(int) + 5).tolist()
     grid = np.zeros((rows, columns), np.uint8)
-    for polygon in _clipped(low):
-        pixels = np.round((polygon - corner) / _CELL_M * 16).astype(np.int32)
+    draw_outlines(grid, _clipped(low), corner, cell_m)
+    _fill_enclosed(grid, cell_m)
+    return outlines_of_cells(grid, corner, cell_m)
+
+
+def draw_outlines(
+    grid: NDArray[np.uint8],
+    outlines: Sequence[NDArray[np.floating]],
+    corner: NDArray[np.floating],
+    cell_m: float,
+) -> None:
+    """Sets the cells (H, W) of a plan that polygons (K, 2) touch.
+
+    A row runs along x; the middle of the first cell is at ``corner``.
+    """
+    for outline in outlines:
+        pixels = np.round((outline - corner) / cell_m * 16).astype(np.int32)
         cv2.fillPoly(grid, [pixels], 1, shift=4)
-    _fill_enclosed(grid)
+
+
+def outlines_of_cells(
+    grid: NDArray[np.uint8], corner: NDArray[np.floating], cell_m: float
+) -> list[NDArray[np.float64]]:
+    """Rectangles (4, 2) that cover the set cells of a plan; see :func:`draw_outlines`."""
     return [
         _rectangle(
-            corner[0] + (start - 0.5) * _CELL_M,
-            corner[1] + (top - 0.5) * _CELL_M,
-            corner[0] + (end - 0.5) * _CELL_M,
-            corner[1] + (bottom - 0.5) * _CELL_M,
+            corner[0] + (start - 0.5) * cell_m,
+            corner[1] + (top - 0.5) * cell_m,
+            corner[0] + (end - 0.5) * cell_m,
+            corner[1] + (bottom - 0.5) * cell_m,
         )
         for start, end, top, bottom in _rectangles(grid)
     ]
 
 
-def _clipped(triangles: NDArray[np.float32]) -> list[NDArray[np.float64]]:
+def _clipped(triangles: NDArray[np.floating]) -> list[NDArray[np.float64]]:
     """The parts of triangles below STANDS_BELOW_M, as polygons (K, 2) seen from above."""
     polygons = []
     heights = triangles[..., 2]
@@ -74,14 +109,13 @@ def _clipped(triangles: NDArray[np.float32]) -> list[NDArray[np.float64]]:
     return polygons
 
 
-def _fill_enclosed(grid: NDArray[np.uint8]) -> None:
+def _fill_enclosed(grid: NDArray[np.uint8], cell_m: float) -> None:
     """Takes free patches that touch no border and are small."""
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(1 - grid, connectivity=4)
-    outside = set(np.unique(np.concatenate([labels[[0, -1]].ravel(), labels[:, [0, -1]].ravel()])))
-    for label in range(1, count):
-        area_m2 = stats[label, cv2.CC_STAT_AREA] * _CELL_M**2
-        if label not in outside and area_m2 < _ENCLOSED_M2:
-            grid[labels == label] = 1
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(1 - grid, connectivity=4)
+    inside = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < ENCLOSED_M2
+    inside[np.concatenate([labels[[0, -1]].ravel(), labels[:, [0, -1]].ravel()])] = False
+    inside[0] = False  # what is taken
+    grid[inside[labels]] = 1
 
 
 def _rectangles(grid: NDArray[np.uint8]) -> list[tuple[int, int, int, int]]:

@@ -10,7 +10,7 @@ import json
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -25,11 +25,15 @@ from footprints_edge_models.asset_files.glb import Viewpoint, World, read_object
 from footprints_edge_models.asset_files.outlines import outlines_of
 from footprints_edge_models.asset_files.pictures import PictureFile, panorama_files, texture_files
 from footprints_edge_models.asset_files.sweet_home import SweetHomeCatalogue
+from footprints_edge_models.asset_files.world_plan import TakenGround, WorldPlan
 
 FORMAT = 1
 HELD_OUT_WORLDS = frozenset({"classroom", "bookstore", "city-south"})
 HELD_OUT_EVERY = 8
 """One model, texture and panorama in eight is for the test split, chosen by its key."""
+
+INTERIOR, TOWN = "interior", "town"
+"""Categories of worlds."""
 
 _JPEG_QUALITY = 92
 
@@ -181,7 +185,7 @@ def _encoded(found: Asset | World | PictureFile) -> tuple[PackEntry, str, bytes]
             "world",
             found.key,
             found.credit.title,
-            "world",
+            INTERIOR if found.core_m is None else TOWN,
             (0.0, 0.0, 0.0),
             triangles,
             found.credit,
@@ -191,6 +195,8 @@ def _encoded(found: Asset | World | PictureFile) -> tuple[PackEntry, str, bytes]
             "looks": np.array([view.look_m for view in found.viewpoints], np.float32),
             "heights": np.array([view.height_m for view in found.viewpoints], np.float32),
             "core": np.array(found.core_m or (), np.float64),
+            "names": np.array([surface.name for surface in found.surfaces]),
+            **_plan_arrays(found.plan),
         }
         return entry, f"worlds/{found.key}.npz", _npz(found.surfaces, extra)
     if all(surface.alpha is not None for surface in found.surfaces):
@@ -213,9 +219,33 @@ def _encoded(found: Asset | World | PictureFile) -> tuple[PackEntry, str, bytes]
     return entry, f"models/{found.key}.npz", _npz(found.surfaces, extra)
 
 
+def _plan_arrays(plan: WorldPlan) -> dict[str, NDArray[Any]]:
+    outlines = [each.outline for each in plan.taken]
+    return {
+        "thing_of": np.array(plan.thing_of, np.int32),
+        "storeys_m": np.array(plan.storeys_m, np.float64),
+        "taken_by": np.array([each.thing for each in plan.taken], np.int32),
+        "taken_level_m": np.array([each.level_m for each in plan.taken], np.float32),
+        "outline_points": np.concatenate([np.zeros((0, 2)), *outlines]).astype(np.float32),
+        "outline_lengths": np.array([len(outline) for outline in outlines], np.int32),
+    }
+
+
+def _plan(arrays: Any) -> WorldPlan:  # noqa: ANN401 - a file of numpy's
+    ends = np.cumsum(arrays["outline_lengths"])
+    outlines = np.split(arrays["outline_points"].astype(np.float64), ends)[:-1]
+    by, levels = arrays["taken_by"].tolist(), arrays["taken_level_m"].tolist()
+    return WorldPlan(
+        tuple(arrays["thing_of"].tolist()),
+        tuple(map(TakenGround, by, levels, outlines)),
+        tuple(arrays["storeys_m"].tolist()),
+    )
+
+
 def _npz(surfaces: Sequence[Surface], extra: dict[str, NDArray[Any]]) -> bytes:
     arrays = dict(extra)
     roles = []
+    seen: dict[bytes, int] = {}
     for number, surface in enumerate(surfaces):
         low = surface.points.min(axis=0)
         step = np.maximum(np.ptp(surface.points, axis=0), 1e-6) / 65535
@@ -226,7 +256,10 @@ def _npz(surfaces: Sequence[Surface], extra: dict[str, NDArray[Any]]) -> bytes:
         arrays[f"rgb{number}"] = np.array(surface.rgb, np.uint8)
         if surface.texture is not None:
             arrays[f"uv{number}"] = surface.uv
-            arrays[f"texture{number}"] = _jpeg(surface.texture)
+            jpeg = _jpeg(surface.texture)
+            # worlds repeat textures: the number of the surface that has the same one
+            first = seen.setdefault(jpeg.tobytes(), number)
+            arrays[f"texture{number}"] = jpeg if first == number else np.array(first)
         if surface.alpha is not None:
             arrays[f"alpha{number}"] = np.packbits(surface.alpha, axis=1)
         roles.append(surface.role)
@@ -304,10 +337,14 @@ class AssetPack:
             core = tuple(float(side) for side in arrays["core"])
             return World(
                 entry.key,
-                tuple(_surfaces(arrays)),
+                tuple(
+                    replace(surface, name=str(name))
+                    for surface, name in zip(_surfaces(arrays), arrays["names"], strict=True)
+                ),
                 tuple(Viewpoint(eye, look, float(height)) for eye, look, height in views),
                 (core[0], core[1], core[2], core[3]) if core else None,
                 entry.credit,
+                _plan(arrays),
             )
 
     def picture(self, entry: PackEntry) -> NDArray[np.uint8]:
@@ -323,11 +360,16 @@ def _entry(facts: dict[str, Any]) -> PackEntry:
 
 
 def _surfaces(arrays: Any) -> Iterator[Surface]:  # noqa: ANN401 - a file of numpy's
+    textures: dict[int, NDArray[np.uint8]] = {}
     for number, role in enumerate(arrays["roles"]):
         low, step = arrays[f"box{number}"]
         points = (arrays[f"points{number}"] * step + low).astype(np.float32)
         textured = f"texture{number}" in arrays
-        texture = decode_jpeg(arrays[f"texture{number}"]) if textured else None
+        texture = None
+        if textured:
+            jpeg = arrays[f"texture{number}"]
+            texture = textures[int(jpeg)] if jpeg.ndim == 0 else decode_jpeg(jpeg)
+            textures[number] = texture
         uv = arrays[f"uv{number}"] if textured else np.zeros((len(points), 2), np.float32)
         alpha = None
         if texture is not None and f"alpha{number}" in arrays:

@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from footprints_edge.foundation.types import Size
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.textures.library import SPLITS, TextureLibrary
+from footprints_edge_models.scenes.assets.worlds import WorldLibrary
 from footprints_edge_models.scenes.ground_truth.pixels import SceneGroundTruth, trace_ground_truth
 from footprints_edge_models.scenes.layout.rooms.interior import draw_rooms
 from footprints_edge_models.scenes.layout.scene import Scene
 from footprints_edge_models.scenes.layout.streets.exterior import draw_street
+from footprints_edge_models.scenes.layout.worlds.world_scene import draw_world
 from footprints_edge_models.scenes.rendering.cameras import Camera, choose_camera, picture_size
 from footprints_edge_models.scenes.rendering.geometry import Geometry, geometry_of
 from footprints_edge_models.scenes.rendering.look import look_of
@@ -20,6 +22,8 @@ from footprints_edge_models.scenes.rendering.raycast import Triangles
 from footprints_edge_models.scenes.rendering.shading.render import render
 
 ROOMS_SHARE = 0.6
+BESIDE_WORLDS = (0.4, 0.25)
+"""Shares of rooms and streets where the library has worlds; these are the rest."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +79,9 @@ def generate_views(
     entropy = (SPLITS.index(library.split), seed, number)
     rng = np.random.default_rng(entropy)
     palette = Palette(library, rng)
-    scene = draw_rooms(palette) if rng.random() < ROOMS_SHARE else draw_street(palette)
+    scene = _draw_scene(palette)
     geometry = geometry_of(scene)
-    solids = Triangles(geometry.points, geometry.triangles)
+    solids = Triangles(geometry.points, geometry.triangles, geometry.holes)
     outlines = Triangles(geometry.outlines)
     cameras: list[Camera] = []
     draws = [rng, *(np.random.default_rng((*entropy, view)) for view in range(1, views))]
@@ -95,3 +99,13 @@ def generate_views(
             light = render(scene, geometry, solids, camera, library, look, draw)
             image = look.photograph(light, draw)
             yield SyntheticScene(view, len(cameras), scene, geometry, camera, image, ground_truth)
+
+
+def _draw_scene(palette: Palette) -> Scene:
+    dice, worlds = palette.rng.random(), palette.library.worlds
+    if isinstance(worlds, WorldLibrary) and worlds.entries:
+        rooms, streets = BESIDE_WORLDS
+        if dice >= rooms + streets:
+            return draw_world(palette, worlds)
+        return draw_rooms(palette) if dice < rooms else draw_street(palette)
+    return draw_rooms(palette) if dice < ROOMS_SHARE else draw_street(palette)

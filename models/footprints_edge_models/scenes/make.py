@@ -18,6 +18,7 @@ from footprints_edge_models.asset_files.pack import AssetPack
 from footprints_edge_models.scenes.assets.models import ModelLibrary
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
 from footprints_edge_models.scenes.assets.textures.photographed import PackPictures
+from footprints_edge_models.scenes.assets.worlds import WorldLibrary
 from footprints_edge_models.scenes.credits import write_credits
 from footprints_edge_models.scenes.generate import SyntheticScene, generate_views
 from footprints_edge_models.scenes.ground_truth.boxes import boxes_of
@@ -169,6 +170,7 @@ def make_scenes(
         library = replace(
             library,
             models=ModelLibrary(assets, settings.split),
+            worlds=WorldLibrary(assets, settings.split),
             pictures=PackPictures(assets, settings.split),
         )
     settings = replace(settings, textures=named, assets=pack.fingerprint if pack else "")

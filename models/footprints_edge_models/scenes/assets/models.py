@@ -84,6 +84,10 @@ class ModelLibrary:
             and np.abs(np.log(_upright_size(entry) / size_m)).max() < np.log(LARGEST_FACTOR)
         ]
 
+    def of_categories(self, *categories: str) -> list[PackEntry]:
+        """Models of these categories that stand on the ground."""
+        return [e for e in self._entries if e.stands and e.category in categories]
+
     def thing(self, entry: PackEntry, label: str) -> Thing:
         """A model as a thing."""
         made = self._load(entry.key).thing
@@ -186,14 +190,14 @@ def _shape(surface: Surface) -> Shape:
     uv = surface.uv[surface.triangles] * np.array([1, -1], np.float32)
     return Shape(
         surface.points[surface.triangles],
-        _normals(surface),
+        smooth_normals(surface),
         convex=False,
         uv=uv,
         mesh=(surface.points.astype(np.float64), surface.triangles),
     )
 
 
-def _normals(surface: Surface) -> NDArray[np.float32]:
+def smooth_normals(surface: Surface) -> NDArray[np.float32]:
     """Unit normals at the corners (T, 3, 3): smooth where faces meet at less than 40 degrees."""
     corners = surface.points[surface.triangles].astype(np.float64)
     flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -23,6 +23,7 @@ class Shape:
         convex: whether the solid is the convex hull of its corners.
         uv: float32 (T, 3, 2), in repeats of its own texture; None: metres along its faces.
         mesh: its points (P, 3) and triangles (T, 3), where they are known beforehand.
+        opaque: bool (H, W), where its texture is; rays go through it elsewhere. None: everywhere.
     """
 
     corners: NDArray[np.float32] = field(repr=False)
@@ -30,6 +31,7 @@ class Shape:
     convex: bool = True
     uv: NDArray[np.float32] | None = field(default=None, repr=False)
     mesh: tuple[NDArray[np.float64], NDArray[np.int32]] | None = field(default=None, repr=False)
+    opaque: NDArray[np.bool_] | None = field(default=None, repr=False)
 
     @cached_property
     def outline(self) -> NDArray[np.float64]:

@@ -51,6 +51,7 @@ class Thing:
         is_wall: whether it is a building or bounds a room or a garden: ground behind it belongs to
             another place.
         asset: key of the model that it is; empty if it is built from parts.
+        level_m: height of the floor that it stands on, in places with storeys.
         pose: (3, 4), from its own axes to the world's.
     """
 
@@ -59,6 +60,7 @@ class Thing:
     outlines: tuple[NDArray[np.float64], ...] | None = None
     is_wall: bool = False
     asset: str = ""
+    level_m: float = 0.0
     pose: NDArray[np.float64] = field(default_factory=lambda: np.eye(3, 4), repr=False)
 
     def at(self, x: float, y: float, z: float = 0.0, yaw: float = 0.0) -> "Thing":

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from footprints_edge_models.asset_files.world_plan import STOREY_M
 from footprints_edge_models.scenes.rendering.cameras import Camera
 from footprints_edge_models.scenes.rendering.geometry import GROUND, Geometry
 from footprints_edge_models.scenes.rendering.raycast import Triangles
@@ -42,19 +43,32 @@ def trace_ground_truth(
     seen = solids.first_hits(origins, directions)
     met_any = seen.triangle >= 0
     is_seen = met_any & (geometry.thing[seen.triangle] == GROUND)
+    if geometry.storeys:  # the floor above is no ground from below
+        is_seen &= _from_above(directions, geometry.normals[seen.triangle, 0])
     depth_m = np.where(is_seen, seen.distance, 0).astype(np.float32)
     # visible ground is the first hit with the ground, too: only the other rays are traced
     rest = np.flatnonzero(~is_seen)
-    ground = Triangles(geometry.points[geometry.triangles[geometry.thing == GROUND]])
+    is_ground = geometry.thing < 0
+    ground = Triangles(geometry.points[geometry.triangles[is_ground]])
     found = ground.first_hits(origins[rest], np.take(directions.T, rest, axis=1).T)
-    depth_m[rest] = np.where(found.triangle >= 0, found.distance, 0)
+    found_any = found.triangle >= 0
+    if geometry.storeys:
+        number = np.flatnonzero(is_ground)[found.triangle]
+        found_any &= geometry.thing[number] == GROUND  # not the side of a kerb
+        found_any &= _from_above(directions[rest], geometry.normals[number, 0])
+    depth_m[rest] = np.where(found_any, found.distance, 0)
     met = is_seen.copy()
-    met[rest] = found.triangle >= 0
+    met[rest] = found_any
     grounded = np.flatnonzero(met)
     below = origins[grounded].T + np.take(directions.T, grounded, axis=1) * depth_m[grounded]
-    below[2] = -1
+    far = np.full(len(grounded), 1e37, np.float32)
+    if geometry.storeys:
+        below[2] -= STOREY_M
+        far[:] = 2 * STOREY_M
+    else:
+        below[2] = -1
     taken = np.zeros_like(met)
-    up, far = np.array([[0, 0, 1]], np.float32), np.full(len(grounded), 1e37, np.float32)
+    up = np.array([[0, 0, 1]], np.float32)
     taken[grounded] = outlines.blocked(below.T, up, far)
     hidden = np.flatnonzero(met & ~is_seen)
     behind_wall = np.zeros_like(met)
@@ -68,3 +82,8 @@ def trace_ground_truth(
     visible_m = np.where(met_any, seen.distance, 0).astype(np.float32)
     shape = camera.size
     return SceneGroundTruth(bits.reshape(shape), visible_m.reshape(shape), depth_m.reshape(shape))
+
+
+def _from_above(directions: NDArray[np.float32], normals: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Whether rays (N, 3) come from the side that normals (N, 3) point to."""
+    return np.asarray(np.einsum("ij,ij->i", directions, normals) < 0)

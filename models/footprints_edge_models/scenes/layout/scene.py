@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge_models.scenes.assets.textures.library import TextureKey
-from footprints_edge_models.scenes.assets.things import Patch, Thing
+from footprints_edge_models.scenes.assets.things import Patch, Thing, ThingPart
 
 SceneKind: TypeAlias = Literal["rooms", "street"]
 Colour: TypeAlias = tuple[float, float, float]
@@ -72,13 +72,24 @@ class Sky:
 
 @dataclass(frozen=True)
 class Standpoint:
-    """A rectangle, in x and y, that a camera may stand in, and its weight in the draw."""
+    """A rectangle, in x and y, that a camera may stand in, and its weight in the draw.
+
+    Attributes:
+        x0, y0, x1, y1: the rectangle.
+        weight: how often it is drawn.
+        level_m: height of the ground there.
+        heights_m: least and greatest height of a camera; None: those of the scene's kind.
+        look_deg: as in :class:`Scene`, for this place.
+    """
 
     x0: float
     y0: float
     x1: float
     y1: float
     weight: float = 1.0
+    level_m: float = 0.0
+    heights_m: tuple[float, float] | None = None
+    look_deg: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -96,6 +107,8 @@ class Scene:
         slope: how much the ground rises along x and y; everything rises with it.
         haze_m: distance at which haze hides two thirds of a surface.
         look_deg: preferred headings of a camera, degrees from +x anticlockwise; empty = any.
+        floors: walkable surfaces of any shape, in the world; their triangles look up.
+        kerbs: the sides of floors.
     """
 
     kind: SceneKind
@@ -108,11 +121,14 @@ class Scene:
     slope: tuple[float, float] = (0.0, 0.0)
     haze_m: float = 1e6
     look_deg: tuple[float, ...] = ()
+    floors: tuple[ThingPart, ...] = ()
+    kerbs: tuple[ThingPart, ...] = ()
 
     def assets(self) -> tuple[str, ...]:
         """Keys of the models, textures and panoramas of a pack that the scene is made of."""
-        parts = [part.material for thing in self.things for part in thing.parts]
-        materials = [*parts, *(patch.material for patch in self.ground)]
+        parts = [part for thing in self.things for part in thing.parts]
+        materials = [part.material for part in (*parts, *self.floors, *self.kerbs)]
+        materials += [patch.material for patch in self.ground]
         backdrop = self.sky.backdrop.panorama if self.sky.backdrop else ""
         used = {material.texture.picture for material in materials}
         used |= {thing.asset for thing in self.things} | {backdrop}

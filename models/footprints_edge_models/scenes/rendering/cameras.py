@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import Intrinsics, rays
-from footprints_edge_models.scenes.layout.scene import Scene, SceneKind
+from footprints_edge_models.scenes.layout.scene import Scene, SceneKind, Standpoint
 from footprints_edge_models.scenes.rendering.geometry import GROUND, Geometry
 from footprints_edge_models.scenes.rendering.raycast import Hits, Triangles
 
@@ -99,10 +99,10 @@ def choose_camera(
     around = np.random.default_rng(0).normal(size=(40, 3)).astype(np.float32)
     around /= np.linalg.norm(around, axis=1, keepdims=True)
     for _ in range(CANDIDATES):
-        camera = _draw(scene, size, rng)
+        camera, place = _draw(scene, size, rng)
         eye = camera.position_m.astype(np.float32)
-        below = np.array([[eye[0], eye[1], -1.0]], np.float32)
-        inside = outlines.first_hits(below, np.array([[0, 0, 1]], np.float32)).triangle[0] >= 0
+        below = np.array([[eye[0], eye[1], place.level_m - 1.0]], np.float32)
+        inside = outlines.first_hits(below, np.array([[0, 0, 1]], np.float32)).distance[0] < 1.6
         near = solids.blocked(np.tile(eye, (40, 1)), around, np.full(40, 0.35, np.float32))
         if inside or near.any():
             continue
@@ -112,7 +112,7 @@ def choose_camera(
         met = hits.triangle >= 0
         things = geometry.thing[hits.triangle[met]]
         seen = float((things == GROUND).sum() / met.size)
-        furnishing = things[(things != GROUND) & ~geometry.is_wall[hits.triangle[met]]]
+        furnishing = things[(things >= 0) & ~geometry.is_wall[hits.triangle[met]]]
         counts = np.unique(furnishing, return_counts=True)[1]
         kinds = int((counts > 2).sum())
         close = float((depth < 0.6).mean())
@@ -129,7 +129,7 @@ def choose_camera(
         if open_view and kinds >= wanted and (shy or 0.08 < seen < 0.75):
             return camera
     if fallback is None:
-        return None if earlier else _draw(scene, size, rng)
+        return None if earlier else _draw(scene, size, rng)[0]
     return fallback[1]
 
 
@@ -160,25 +160,41 @@ def _shown_before(camera: Camera, size: Size, hits: Hits, earlier: Sequence[Came
     return False
 
 
-def _draw(scene: Scene, size: Size, rng: np.random.Generator) -> Camera:
+def _draw(scene: Scene, size: Size, rng: np.random.Generator) -> tuple[Camera, Standpoint]:
     weights = np.array([p.weight for p in scene.standpoints])
     place = scene.standpoints[int(rng.choice(len(weights), p=weights / weights.sum()))]
     x, y = rng.uniform(place.x0, place.x1), rng.uniform(place.y0, place.y1)
     height, pitch = _height_and_pitch(scene.kind, rng)
-    if scene.look_deg and rng.random() < 0.85:
+    if place.heights_m is not None:
+        height, pitch = _height_within(place.heights_m, pitch, rng)
+    if place.look_deg:
+        heading = rng.choice(place.look_deg) + rng.normal(0, 35)
+    elif scene.look_deg and rng.random() < 0.85:
         heading = rng.choice(scene.look_deg) + rng.normal(0, 14)
     else:
         heading = rng.uniform(-180, 180)
     roll = float(np.clip(rng.normal(0, 2), -6, 6))
     fov = float(np.clip(rng.normal(66, 13), 45, 95))
     hfov = fov if size[1] >= size[0] else max(40.0, fov * 0.72)
-    z = height + x * scene.slope[0] + y * scene.slope[1]
-    return Camera(
+    z = place.level_m + height + x * scene.slope[0] + y * scene.slope[1]
+    camera = Camera(
         np.array([x, y, z]),
         looking(np.radians(heading), np.radians(pitch), np.radians(roll)),
         Intrinsics.from_hfov(hfov, size),
         size,
     )
+    return camera, place
+
+
+def _height_within(
+    heights_m: tuple[float, float], pitch: float, rng: np.random.Generator
+) -> tuple[float, float]:
+    """Half of them as phones are held, the others as robots are high, which look less down."""
+    low, high = heights_m
+    if rng.random() < 0.5:
+        return float(np.clip(rng.normal(1.5, 0.2), low, high)), pitch
+    height = float(rng.uniform(low, high))
+    return height, pitch * min(1.0, 0.4 + 0.4 * height) if pitch > 0 else pitch
 
 
 def _height_and_pitch(kind: SceneKind, rng: np.random.Generator) -> tuple[float, float]:

@@ -1,6 +1,7 @@
 """A scene as triangles."""
 
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,9 +9,12 @@ from numpy.typing import NDArray
 from footprints_edge_models.scenes.assets.materials import Material
 from footprints_edge_models.scenes.assets.things import Thing, ThingPart, composed
 from footprints_edge_models.scenes.layout.scene import Scene
+from footprints_edge_models.scenes.rendering.raycast import Holes
 
 GROUND = -1
 """The index in ``thing`` of walkable ground."""
+KERB = -2
+"""The index in ``thing`` of sides of walkable ground, which are neither ground nor a thing."""
 KERB_M = 0.03
 """Patches this high get faces down to the road."""
 GRAINED = frozenset({"wood", "planks", "bark", "metal", "fabric"})
@@ -27,12 +31,15 @@ class Geometry:
         normals: float32 (T, 3, 3), unit, at the corners.
         uv: float32 (T, 3, 2), metres along the surface.
         material: int32 (T,), index into ``materials``.
-        thing: int32 (T,), index into the scene's things, or GROUND.
+        thing: int32 (T,), index into the scene's things, or GROUND, or KERB.
         part: int32 (T,), unique for each part and patch.
         materials: what the surfaces are made of.
         is_wall: bool (T,), whether the triangle's thing is a wall.
-        outlines: float32 (F, 3, 3), the footprints of things, as triangles at z = 0.
+        outlines: float32 (F, 3, 3), the footprints of things, as level triangles: at z = 0, or
+            where there are storeys at the height of a thing's floor.
         outline_thing: int32 (F,), the thing of each.
+        storeys: whether ground is taken only by outlines about as high as it is.
+        holes: where rays go through triangles, if they do.
     """
 
     points: NDArray[np.float32] = field(repr=False)
@@ -46,6 +53,8 @@ class Geometry:
     is_wall: NDArray[np.bool_] = field(repr=False)
     outlines: NDArray[np.float32] = field(repr=False)
     outline_thing: NDArray[np.int32] = field(repr=False)
+    storeys: bool = False
+    holes: Holes | None = field(default=None, repr=False)
 
     @property
     def corners(self) -> NDArray[np.float32]:
@@ -61,7 +70,7 @@ def geometry_of(scene: Scene) -> Geometry:
     points = np.concatenate([ground.points, things.points])
     points[:, 2] += points[:, 0] * scene.slope[0] + points[:, 1] * scene.slope[1]
     thing = np.concatenate([ground.thing, things.thing])
-    walls = np.array([thing.is_wall for thing in scene.things] + [False])
+    walls = np.array([thing.is_wall for thing in scene.things] + [False, False])
     outlines, outline_thing = _outlines(scene)
     return Geometry(
         points,
@@ -75,7 +84,24 @@ def geometry_of(scene: Scene) -> Geometry:
         walls[thing],
         outlines,
         outline_thing,
+        bool(scene.floors),
+        _holes(scene, len(ground.triangles)) if scene.floors else None,
     )
+
+
+def _holes(scene: Scene, first: int) -> Holes | None:
+    """Where rays go through things, whose triangles begin at number ``first``."""
+    masks, starts, ends, uvs = [], [], [], []
+    at = first
+    for part, *_ in _placed(scene, {}):
+        count = len(part.shape.corners)
+        if part.shape.opaque is not None and part.shape.uv is not None:
+            masks.append(part.shape.opaque)
+            starts.append(at)
+            ends.append(at + count)
+            uvs.append(part.shape.uv / np.float32(part.material.tile_m))
+        at += count
+    return Holes.over(at, starts, ends, uvs, masks) if masks else None
 
 
 @dataclass(frozen=True)
@@ -91,15 +117,33 @@ class _Piece:
     part: NDArray[np.int32]
 
 
-def _things(scene: Scene, materials: dict[Material, int]) -> _Piece:
-    """The triangles of things; those of parts of one shape follow each other."""
-    groups: dict[int, list[tuple[ThingPart, Thing, int, int, int]]] = {}
+_Placed: TypeAlias = tuple[ThingPart, Thing, int, int, int]
+"""A part, its thing, and the numbers of its thing, its material and itself."""
+
+
+def _groups(scene: Scene, materials: dict[Material, int]) -> dict[int, list[_Placed]]:
+    """The parts of things, and floors, by their shape."""
+    groups: dict[int, list[_Placed]] = {}
     number = len(scene.ground)
-    for index, thing in enumerate(scene.things):
+    things = list(enumerate(scene.things))
+    things.append((GROUND, Thing("floor", scene.floors)))
+    things.append((KERB, Thing("kerb", scene.kerbs)))
+    for index, thing in things:
         for part in thing.parts:
             material = materials.setdefault(part.material, len(materials))
             groups.setdefault(id(part.shape), []).append((part, thing, index, material, number))
             number += 1
+    return groups
+
+
+def _placed(scene: Scene, materials: dict[Material, int]) -> list[_Placed]:
+    """The parts of things in the order of their triangles."""
+    return [entry for group in _groups(scene, materials).values() for entry in group]
+
+
+def _things(scene: Scene, materials: dict[Material, int]) -> _Piece:
+    """The triangles of things; those of parts of one shape follow each other."""
+    groups = _groups(scene, materials)
     if not groups:
         nothing = np.zeros(0, np.int32)
         corners = np.zeros((0, 3, 3), np.float32)
@@ -215,7 +259,7 @@ def _outlines(scene: Scene) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     triangles, owners = [], []
     for index, thing in enumerate(scene.things):
         for outline in thing.footprints():
-            ring = np.column_stack([outline, np.zeros(len(outline))])
+            ring = np.column_stack([outline, np.full(len(outline), thing.level_m)])
             triangles += [(ring[0], ring[k], ring[k + 1]) for k in range(1, len(ring) - 1)]
             owners += [index] * (len(ring) - 2)
     return np.array(triangles, np.float32).reshape(-1, 3, 3), np.array(owners, np.int32)

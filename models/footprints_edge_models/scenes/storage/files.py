@@ -185,7 +185,11 @@ def write_scene(
     falls = rays(camera.intrinsics, camera.size) @ up
     met = ground_truth.ground_depth_m > 0
     height_m = (eye_m + ground_truth.ground_depth_m * falls) / normal[2]
-    height_mm = np.where(met, np.clip(np.rint(height_m * 1000), 0, NO_GROUND - 1), NO_GROUND)
+    # floors of worlds are not all within a kerb's height
+    kept: type[np.unsignedinteger[Any] | np.signedinteger[Any]]
+    kept = np.int16 if scene.floors else np.uint8
+    low, none = (-32767, np.iinfo(kept).max) if scene.floors else (0, NO_GROUND)
+    height_mm = np.where(met, np.clip(np.rint(height_m * 1000), low, none - 1), none)
     seen = (ground_truth.visible_depth_m > 0) & (ground_truth.bits & VISIBLE_GROUND == 0)
     inverse = np.zeros(camera.size, np.uint16)
     inverse[seen] = np.clip(
@@ -200,7 +204,7 @@ def write_scene(
         "eye_m": np.array(eye_m),
         "rise": np.array(normal[2]),
         "bits": ground_truth.bits,
-        "ground_height_mm": height_mm.astype(np.uint8),
+        "ground_height_mm": height_mm.astype(kept),
         "inverse_depth": np.frombuffer(_packed(inverse), np.uint8),
     }
     if used := scene.assets():
@@ -238,7 +242,7 @@ def read_scene(folder: Path, name: str) -> SceneFile:
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error, cv2.error) as error:
         raise SceneFilesError(f"{path}: no readable scene ({error}); make it again") from error
     falls = rays(camera, bits.shape) @ up.astype(np.float32)
-    met = height_mm != NO_GROUND
+    met = height_mm != np.iinfo(height_mm.dtype).max
     ground_m = np.zeros(bits.shape, np.float32)
     ground_m[met] = (height_mm[met] * np.float32(rise / 1000) - eye_m) / falls[met]
     visible_m = np.zeros(bits.shape, np.float32)

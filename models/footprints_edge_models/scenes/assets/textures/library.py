@@ -61,12 +61,14 @@ class TextureLibrary:
         photos: photos of this split, whose crops are textures of the kind ``photo``.
         models: 3D models of this split, with textures of their own.
         pictures: photographed textures and panoramas of this split.
+        worlds: whole places of this split, likewise.
     """
 
     split: SceneSplit
     photos: tuple[Path, ...] = field(default=(), repr=False)
     models: "TexturedModels | None" = None
     pictures: PackPictures | None = None
+    worlds: "TexturedModels | None" = None
 
     @classmethod
     def over(cls, split: SceneSplit, folders: Iterable[Path]) -> "TextureLibrary":
@@ -107,6 +109,8 @@ class TextureLibrary:
             return _photo_crop(self.photos[key.number // 4], key.number % 4)
         if self.models is not None and key.kind.startswith("model:"):
             return self.models.texture(key)
+        if self.worlds is not None and key.kind.startswith("world:"):
+            return self.worlds.texture(key)
         return _drawn(self.split, key.kind, key.number)
 
 
