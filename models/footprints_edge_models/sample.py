@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import TypeVar
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.preprocessing import resized
 
 NO, YES, UNSEEN, FOOTPRINT, UNKNOWN = 0, 1, 2, 3, 255
 """Label values: not ground; ground; watched by a video, but no frame saw ground there (the paper's
@@ -51,18 +51,18 @@ def shrunk(sample: Sample) -> Sample:
     if size == (height, width):
         return sample
 
-    def resized(array: NDArray[ScalarT] | None) -> NDArray[ScalarT] | None:
+    def labels(array: NDArray[ScalarT] | None) -> NDArray[ScalarT] | None:
         return None if array is None else nearest(array, size)
 
     return Sample(
         sample.name,
-        cv2.resize(sample.image, size[::-1], interpolation=cv2.INTER_AREA),
+        resized(sample.image, size),
         sample.intrinsics.scaled((height, width), size),
         nearest(sample.visible_ground, size),
         nearest(sample.ground, size),
-        resized(sample.visible_depth_m),
-        resized(sample.ground_depth_m),
-        resized(sample.moving),
+        labels(sample.visible_depth_m),
+        labels(sample.ground_depth_m),
+        labels(sample.moving),
     )
 
 

@@ -121,9 +121,10 @@ def drawn_bits(stated: Mapping[str, Any], size: tuple[int, int]) -> NDArray[np.u
     )
     taken = footprints & ~ignored
     free = ground & ~footprints & ~ignored
-    return (
+    bits: NDArray[np.uint8] = (
         VISIBLE_GROUND * (visible & free) + GROUND * free + FOOTPRINT * taken + IGNORED * ignored
     ).astype(np.uint8)
+    return bits
 
 
 def _filled(
