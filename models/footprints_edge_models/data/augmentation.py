@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from footprints_edge.geometry.camera import Intrinsics, rays
 from footprints_edge.inputs.preprocessing import resized
 from footprints_edge_models.data.degradation import degraded
-from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT, LAMBDA
+from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT, LAMBDA, UNLIKELY_WEIGHT
 from footprints_edge_models.networks.channels import MAX_DEPTH_M, MIN_DEPTH_M
 from footprints_edge_models.networks.edge import FOCAL_PX
-from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES, Sample
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNLIKELY, UNSEEN, YES, Sample
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def render_view(
         (ground == YES).astype(np.float32),
         (ground == YES).astype(np.float32),
         (ground == NO).astype(np.float32) + FOOTPRINT_WEIGHT * (ground == FOOTPRINT),
-        LAMBDA * (ground == UNSEEN).astype(np.float32),
+        LAMBDA * (ground == UNSEEN).astype(np.float32) + UNLIKELY_WEIGHT * (ground == UNLIKELY),
         moving.astype(np.float32),
         canonical(sample.visible_depth_m),
         canonical(sample.ground_depth_m),

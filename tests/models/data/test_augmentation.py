@@ -12,11 +12,11 @@ from footprints_edge.inputs.preprocessing import preprocess
 from footprints_edge_models.data import augmentation
 from footprints_edge_models.data.augmentation import draw_virtual_camera, render_view
 from footprints_edge_models.networks.edge import FOCAL_PX
-from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES, Sample
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNLIKELY, UNSEEN, YES, Sample
 
 SIZE = (90, 160)
 CAMERA = Intrinsics(150.0, 170.0, 83.0, 41.0)
-LABELS = np.array([NO, YES, UNSEEN, UNKNOWN, FOOTPRINT], np.uint8)
+LABELS = np.array([NO, YES, UNSEEN, UNKNOWN, FOOTPRINT, UNLIKELY], np.uint8)
 
 seeds = st.integers(0, 2**32 - 1)
 view_sizes = st.sampled_from([(64, 96), (96, 64), (64, 64), (128, 224)])
@@ -39,7 +39,7 @@ def plane_sample(normal, offset_m, rng):
     rows, columns = np.mgrid[: SIZE[0], : SIZE[1]]
     image = np.stack([rows, columns, rows + columns], -1).astype(np.uint8)
     visible = LABELS[blocks]
-    visible[(visible == UNSEEN) | (visible == FOOTPRINT)] = NO
+    visible[np.isin(visible, (UNSEEN, FOOTPRINT, UNLIKELY))] = NO
     return Sample(
         "plane",
         image,
@@ -107,7 +107,7 @@ def test_labels_move_with_their_pixels(seed, size):
         (view.visible_ground_valid, visible != UNKNOWN),
         (view.ground, ground == YES),
         (view.untraversable, (ground == NO) + 3.0 * (ground == FOOTPRINT)),
-        (view.unknown_weight, 0.25 * (ground == UNSEEN)),
+        (view.unknown_weight, 0.25 * ((ground == UNSEEN) | (ground == UNLIKELY))),
     ):
         np.testing.assert_array_equal(unflipped(found, camera)[sure], expected[sure])
     assert not view.moving.any()
