@@ -41,6 +41,7 @@ ORDER = {
         "sequences",
         "video_labels",
         "asset_files",
+        "panoramas",
         "scenes",
         "data",
         "training",

@@ -21,6 +21,7 @@ from onnx_ir.passes.common import RemoveUnusedOpsetsPass
 
 from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
 from footprints_edge.foundation.version import __version__
+from footprints_edge.inputs.preprocessing import FILTER
 from footprints_edge.model import Model
 from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge_export.architectures import trained
@@ -222,7 +223,7 @@ def _metadata(job: Job, precision: str) -> ModelMetadata:
         precision=precision,
         depth_range_m=(MIN_DEPTH_M, MAX_DEPTH_M),
         focal_px=conversion.focal_px or job.architecture.focal_px,
-        resize="lanczos",
+        resize=FILTER,
         licence=conversion.licence or job.architecture.licence,
         source_sha256=file_sha256(job.checkpoint),
         producer=f"footprints-edge {__version__}",

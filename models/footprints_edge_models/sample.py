@@ -3,15 +3,16 @@
 from dataclasses import dataclass
 from typing import TypeVar
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.preprocessing import resized
 
-NO, YES, UNSEEN, FOOTPRINT, UNKNOWN = 0, 1, 2, 3, 255
+NO, YES, UNSEEN, FOOTPRINT, UNLIKELY, UNKNOWN = 0, 1, 2, 3, 4, 255
 """Label values: not ground; ground; watched by a video, but no frame saw ground there (the paper's
-eq. 3c applies); the footprint of an object, on which nobody can walk; no label."""
+eq. 3c applies); the footprint of an object, on which nobody can walk; behind something that
+seldom has ground behind it, such as a wall (counts as UNSEEN, by a weight of its own); no label."""
 
 LONGEST_SIDE_PX = 512
 """Images are shrunk to this: the network sees about 448 pixels."""
@@ -28,7 +29,8 @@ class Sample:
         image: uint8 (H, W, 3), RGB.
         intrinsics: of the camera, in pixels of this image; assumed where they were not measured.
         visible_ground: uint8 (H, W): NO, YES or UNKNOWN.
-        ground: uint8 (H, W): NO or FOOTPRINT (untraversable), YES (traversable), UNSEEN or UNKNOWN.
+        ground: uint8 (H, W): NO or FOOTPRINT (untraversable), YES (traversable), UNSEEN,
+            UNLIKELY or UNKNOWN.
         visible_depth_m: float16 (H, W), metres along the optical axis, 0 = unknown; or None.
         ground_depth_m: float16 (H, W), likewise, of the walkable surface on the ray; or None.
         moving: uint8 (H, W), 1 where a moving object hides whatever ground there is; or None.
@@ -51,18 +53,18 @@ def shrunk(sample: Sample) -> Sample:
     if size == (height, width):
         return sample
 
-    def resized(array: NDArray[ScalarT] | None) -> NDArray[ScalarT] | None:
+    def labels(array: NDArray[ScalarT] | None) -> NDArray[ScalarT] | None:
         return None if array is None else nearest(array, size)
 
     return Sample(
         sample.name,
-        cv2.resize(sample.image, size[::-1], interpolation=cv2.INTER_AREA),
+        resized(sample.image, size),
         sample.intrinsics.scaled((height, width), size),
         nearest(sample.visible_ground, size),
         nearest(sample.ground, size),
-        resized(sample.visible_depth_m),
-        resized(sample.ground_depth_m),
-        resized(sample.moving),
+        labels(sample.visible_depth_m),
+        labels(sample.ground_depth_m),
+        labels(sample.moving),
     )
 
 

@@ -13,6 +13,7 @@ from footprints_edge_bench.ground_truth.clip import is_clip, read_clip
 from footprints_edge_bench.ground_truth.hand_drawn import is_hand_drawn_folder, read_hand_drawn
 from footprints_edge_bench.ground_truth.kitti import is_kitti_folder, read_kitti
 from footprints_edge_bench.ground_truth.matterport import is_matterport_folder, read_matterport
+from footprints_edge_bench.ground_truth.panoramas import is_panorama_folder, read_panoramas
 from footprints_edge_bench.ground_truth.photos import is_photo_folder, read_photos
 from footprints_edge_bench.ground_truth.scenes import is_scene_folder, read_scenes
 
@@ -59,6 +60,7 @@ KINDS: dict[str, DatasetKind] = {
     "hand-drawn ground": DatasetKind(
         is_hand_drawn_folder, lambda folder, _: read_hand_drawn(folder), in_groups=True
     ),
+    "views of panoramas": DatasetKind(is_panorama_folder, lambda folder, _: read_panoramas(folder)),
     "photos": DatasetKind(
         is_photo_folder, lambda folder, reading: read_photos(folder, reading.walkable, reading.void)
     ),
@@ -144,7 +146,8 @@ def open_folder(folder: Path, reading: ReadingOptions, subset: Subset) -> list[E
     raise GroundTruthError(
         f"{folder}: not a dataset with ground truth; it needs sequence.json (clip), scenes.json "
         "(synthetic scenes), *_combined.png (KITTI), *_groundtruth.npy (Matterport), truth.json "
-        "(hand-drawn ground), or images/ and labels/ (photos); see docs/accuracy.md"
+        "(hand-drawn ground), panoramas.json (views of panoramas), or images/ and labels/ "
+        "(photos); see docs/accuracy.md"
     )
 
 

@@ -23,14 +23,19 @@ from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge_models.asset_files.asset import Asset, AssetError, Credit, Surface
 from footprints_edge_models.asset_files.glb import Viewpoint, World, read_objects, read_world
 from footprints_edge_models.asset_files.outlines import outlines_of
-from footprints_edge_models.asset_files.pictures import PictureFile, panorama_files, texture_files
+from footprints_edge_models.asset_files.pictures import (
+    HELD_OUT_PANORAMAS,
+    PictureFile,
+    panorama_files,
+    texture_files,
+)
 from footprints_edge_models.asset_files.sweet_home import SweetHomeCatalogue
 from footprints_edge_models.asset_files.world_plan import TakenGround, WorldPlan
 
 FORMAT = 1
 HELD_OUT_WORLDS = frozenset({"classroom", "bookstore", "city-south"})
 HELD_OUT_EVERY = 8
-"""One model, texture and panorama in eight is for the test split, chosen by its key."""
+"""One model and texture in eight is for the test split, chosen by its key."""
 
 INTERIOR, TOWN = "interior", "town"
 """Categories of worlds."""
@@ -71,6 +76,8 @@ class PackEntry:
         """The split that it belongs to; no asset belongs to both."""
         if self.kind == "world":
             return "test" if self.key in HELD_OUT_WORLDS else "train"
+        if self.kind == "panorama":
+            return "test" if self.key in HELD_OUT_PANORAMAS else "train"
         return "test" if zlib.crc32(self.key.encode()) % HELD_OUT_EVERY == 0 else "train"
 
 

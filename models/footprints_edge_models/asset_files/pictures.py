@@ -8,6 +8,9 @@ from typing import Any, Literal
 
 from footprints_edge_models.asset_files.asset import AssetError, Credit
 
+HELD_OUT_PANORAMAS = frozenset({"city", "hall", "lobby", "lythwood_room_1k", "venice", "workshop"})
+"""By name: no network is trained on them, neither as pictures nor behind synthetic scenes."""
+
 
 @dataclass(frozen=True)
 class PictureFile:

@@ -8,6 +8,7 @@ import typer
 from footprints_edge_models.cli.ablations import ablations
 from footprints_edge_models.cli.assets import assets
 from footprints_edge_models.cli.labels import labels
+from footprints_edge_models.cli.panoramas import panoramas
 from footprints_edge_models.cli.scenes import scenes
 from footprints_edge_models.cli.train import edge, reference
 
@@ -26,7 +27,7 @@ def _root() -> None:
     """Train the networks of footprints-edge."""
 
 
-for command in (edge, reference, ablations, labels, scenes, assets):
+for command in (edge, reference, ablations, labels, scenes, assets, panoramas):
     app.command()(command)
 
 

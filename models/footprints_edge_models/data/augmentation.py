@@ -14,10 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.geometry.camera import Intrinsics, rays
-from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT, LAMBDA
+from footprints_edge.inputs.preprocessing import resized
+from footprints_edge_models.data.degradation import degraded
+from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT, LAMBDA, UNLIKELY_WEIGHT
 from footprints_edge_models.networks.channels import MAX_DEPTH_M, MIN_DEPTH_M
 from footprints_edge_models.networks.edge import FOCAL_PX
-from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES, Sample
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNLIKELY, UNSEEN, YES, Sample
 
 
 @dataclass(frozen=True)
@@ -101,13 +103,13 @@ def render_view(
     target, source = view.intrinsics, sample.intrinsics
     homography = source.matrix @ view.rotation.T @ np.linalg.inv(target.matrix)
 
-    def warp(array: NDArray[Any], linear: bool, outside: float) -> NDArray[Any]:
+    def warp(array: NDArray[Any], outside: float) -> NDArray[Any]:
         warped: NDArray[Any] = cv2.warpPerspective(
             array,
             homography,
             size[::-1],
-            flags=cv2.WARP_INVERSE_MAP | (cv2.INTER_LINEAR if linear else cv2.INTER_NEAREST),
-            borderMode=cv2.BORDER_REFLECT_101 if linear else cv2.BORDER_CONSTANT,
+            flags=cv2.WARP_INVERSE_MAP | cv2.INTER_NEAREST,
+            borderMode=cv2.BORDER_CONSTANT,
             borderValue=outside,
         )
         return warped[:, ::-1] if view.flip else warped
@@ -119,31 +121,58 @@ def render_view(
     def canonical(depth_m: NDArray[np.float16] | None) -> NDArray[np.float32]:
         if depth_m is None:
             return np.zeros(size, np.float32)
-        depth = warp(depth_m.astype(np.float32), linear=False, outside=0) * to_canonical
+        depth = warp(depth_m.astype(np.float32), outside=0) * to_canonical
         return np.where((depth > MIN_DEPTH_M) & (depth < MAX_DEPTH_M), depth, 0).astype(np.float32)
 
-    image = warp(sample.image, linear=True, outside=0).astype(np.uint8)
-    visible = warp(sample.visible_ground, linear=False, outside=UNKNOWN)
+    image = take_picture(sample, view, size)
+    visible = warp(sample.visible_ground, outside=UNKNOWN)
     moving = np.zeros(size, np.uint8)
     if sample.moving is not None:
-        moving = warp(sample.moving, linear=False, outside=0)
-    ground = warp(sample.ground, linear=False, outside=UNKNOWN)
+        moving = warp(sample.moving, outside=0)
+    ground = warp(sample.ground, outside=UNKNOWN)
     return VirtualView(
-        image if rng is None else jitter_colours(image, rng),
+        image if rng is None else degraded(jitter_colours(image, rng), rng),
         (visible == YES).astype(np.float32),
         (visible != UNKNOWN).astype(np.float32),
         (ground == YES).astype(np.float32),
         (ground == YES).astype(np.float32),
         (ground == NO).astype(np.float32) + FOOTPRINT_WEIGHT * (ground == FOOTPRINT),
-        LAMBDA * (ground == UNSEEN).astype(np.float32),
+        LAMBDA * (ground == UNSEEN).astype(np.float32) + UNLIKELY_WEIGHT * (ground == UNLIKELY),
         moving.astype(np.float32),
         canonical(sample.visible_depth_m),
         canonical(sample.ground_depth_m),
     )
 
 
+def take_picture(sample: Sample, view: VirtualCamera, size: tuple[int, int]) -> NDArray[np.uint8]:
+    """The picture of a virtual camera, uint8 (h, w, 3); outside the sample it is mirrored.
+
+    The camera has the pixels of the sample's own, and its picture is shrunk as the runtime shrinks
+    pictures: by the same filter, antialiased.
+    """
+    shrinks = max(1.0, sample.intrinsics.focal_px / view.intrinsics.focal_px)
+    own = (round(shrinks * size[0]), round(shrinks * size[1]))
+    homography = (
+        sample.intrinsics.matrix
+        @ view.rotation.T
+        @ np.linalg.inv(view.intrinsics.scaled(size, own).matrix)
+    )
+    picture = np.asarray(
+        cv2.warpPerspective(
+            sample.image,
+            homography,
+            own[::-1],
+            flags=cv2.WARP_INVERSE_MAP | cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REFLECT_101,
+        ),
+        np.uint8,
+    )
+    image = picture if own == size else resized(picture, size)
+    return image[:, ::-1] if view.flip else image
+
+
 def jitter_colours(image: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Colour jitter: brightness, contrast, gamma, saturation, hue, greyscale, blur and noise."""
+    """Colour jitter: brightness, contrast, gamma, saturation, hue, greyscale."""
     values = np.arange(256) / 255
     values = values ** np.exp(rng.normal(0, 0.25))
     values = (values - 0.5) * (1 + rng.normal(0, 0.2)) + 0.5 + rng.normal(0, 0.08)
@@ -157,9 +186,4 @@ def jitter_colours(image: NDArray[np.uint8], rng: np.random.Generator) -> NDArra
         hue = ((np.arange(256) + turn) % 180).astype(np.uint8)
         table = np.stack([hue, saturation, np.arange(256, dtype=np.uint8)], axis=-1)[None]
         image = cv2.cvtColor(cv2.LUT(hsv, table), cv2.COLOR_HSV2RGB)
-    if rng.random() < 0.15:
-        image = cv2.GaussianBlur(image, (0, 0), rng.uniform(0.5, 1.2))
-    if rng.random() < 0.2:
-        noise = rng.normal(0, rng.uniform(2, 8), image.shape[:2])[..., None]
-        image = np.clip(image + noise, 0, 255).astype(np.uint8)
     return np.ascontiguousarray(image)

@@ -5,11 +5,11 @@ others, the unknown pixels (UNSEEN). Where the probability of visible ground is 
 other frame saw ground, there is no label (UNKNOWN).
 """
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.preprocessing import resized
 from footprints_edge_models.sample import NO, UNKNOWN, UNSEEN, YES, Sample, nearest, within
 from footprints_edge_models.video_labels.footprint_masks import (
     GROUND_PROBABILITY,
@@ -58,7 +58,7 @@ def label_sample(
         depth_m = np.where((depth_m <= 0) & visible, depth_seen_m, depth_m)
     return Sample(
         name,
-        cv2.resize(image, size[::-1], interpolation=cv2.INTER_AREA),
+        resized(image, size),
         intrinsics.scaled((height, width), size),
         np.select([visible, undecided], [YES, UNKNOWN], NO).astype(np.uint8),
         ground,

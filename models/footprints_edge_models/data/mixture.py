@@ -18,6 +18,7 @@ from footprints_edge_models.data.readers.labelled_photos import (
     read_copy_paste,
     read_photos,
 )
+from footprints_edge_models.data.readers.panorama_views import read_panorama_views
 from footprints_edge_models.data.readers.published import read_published
 from footprints_edge_models.data.readers.published_kitti import read_kitti_training
 from footprints_edge_models.data.readers.published_matterport import read_matterport_training
@@ -26,6 +27,7 @@ from footprints_edge_models.data.readers.stereo_clip import read_stereo_clip
 from footprints_edge_models.data.readers.synthetic_scenes import read_synthetic_scenes
 from footprints_edge_models.data.readers.video_labels import read_video_labels
 from footprints_edge_models.data.splits import SPLITS, hold_out_clip_end
+from footprints_edge_models.panoramas.labels import PanoramaError
 from footprints_edge_models.sample import Sample
 from footprints_edge_models.scenes.storage.files import SceneFilesError
 from footprints_edge_models.sequences.sequence import SequenceError
@@ -83,6 +85,7 @@ DATASETS = {
     "matterport_raw": DatasetEntry(
         lambda folder: read_published(folder, read_matterport_training), 0.15
     ),
+    "panoramas": DatasetEntry(read_panorama_views, 0.12),
     "synthetic_scenes": DatasetEntry(read_synthetic_scenes, 0.9),
 }
 """By name of the dataset's folder."""
@@ -132,6 +135,6 @@ def _samples(folder: Path, entry: DatasetEntry) -> Sequence[Sample]:
         return samples if isinstance(samples, Sequence) else list(samples)
     except (
         *(OSError, ValueError, KeyError),
-        *(LabelFilesError, SceneFilesError, SequenceError),
+        *(LabelFilesError, PanoramaError, SceneFilesError, SequenceError),
     ) as error:
         raise DatasetError(f"{folder}: not laid out as expected: {error}") from error

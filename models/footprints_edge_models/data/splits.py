@@ -5,8 +5,10 @@ To add a dataset, name its rule in ``SPLITS``.
 """
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
+
+from footprints_edge_models.asset_files.pictures import HELD_OUT_PANORAMAS
 
 
 class Named(Protocol):
@@ -51,12 +53,26 @@ def hold_out_groups(one_in: int) -> SplitRule:
 
     A checksum of that name decides, so that adding photos moves no other photo.
     """
+    return _hold_out_where(lambda group: zlib.crc32(group.encode()) % one_in == 0)
 
-    def is_held_out(sample: Named) -> bool:
-        return zlib.crc32(sample.name.rsplit("_", 1)[0].encode()) % one_in == 0
+
+def hold_out_panoramas(
+    samples: Sequence[NamedT],
+) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
+    """Holds out all views of ``HELD_OUT_PANORAMAS``."""
+    split = _hold_out_where(lambda group: group.rpartition("/")[2] in HELD_OUT_PANORAMAS)
+    return split(samples)
+
+
+def _hold_out_where(is_held_out: Callable[[str], bool]) -> SplitRule:
+    """Holds out the groups, names up to their last underscore, for which this is true."""
 
     def split(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
-        return [s for s in samples if not is_held_out(s)], [s for s in samples if is_held_out(s)]
+        chosen = [is_held_out(sample.name.rsplit("_", 1)[0]) for sample in samples]
+        pairs = list(zip(samples, chosen, strict=True))
+        return [sample for sample, out in pairs if not out], [
+            sample for sample, out in pairs if out
+        ]
 
     return split
 
@@ -70,6 +86,7 @@ SPLITS: dict[str, SplitRule] = {
     "kitti_grey_stereo": hold_out_clip_end,
     "kitti_raw": hold_out_clip_end,
     "matterport_raw": hold_out_clip_end,
+    "panoramas": hold_out_panoramas,
     "synthetic_scenes": hold_out_last,
 }
 """By name of the dataset's folder."""

@@ -6,6 +6,9 @@ import torch
 
 LAMBDA = 0.25
 """The paper's lambda (eq. 3c): how strongly unknown pixels count as untraversable."""
+UNLIKELY_WEIGHT = 0.25
+"""Weight of eq. 3c on pixels whose class seldom has ground behind it: a photo shows what stands
+there, and nobody has looked behind."""
 FOOTPRINT_WEIGHT = 3.0
 """Weight of eq. 3b on footprints: few pixels, and the ones that a path must avoid."""
 
@@ -24,7 +27,8 @@ class Targets:
         ground_weight: weight of eq. 3a on these pixels, 0 elsewhere.
         untraversable: weight of eq. 3b on pixels known to be untraversable, 0 elsewhere.
         unknown_weight: weight of eq. 3c on the unknown pixels: lambda where a video covers the
-            place and no frame saw ground there, 0 where nothing is known.
+            place and no frame saw ground there, ``UNLIKELY_WEIGHT`` behind what seldom hides
+            ground, 0 where nothing is known.
         moving: 1 on moving objects (the paper's 1 - mu), whose hidden ground is not learned.
         visible_depth_m: metres, 0 where unknown.
         ground_depth_m: metres, 0 where unknown or not ground.

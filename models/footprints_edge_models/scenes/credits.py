@@ -1,6 +1,5 @@
 """Whom to credit for the assets that a folder of scenes shows."""
 
-import json
 import logging
 import zipfile
 from collections import Counter
@@ -8,14 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge_models.asset_files.asset import Credit
+from footprints_edge_models.asset_files.credit_files import write_credits_file
 from footprints_edge_models.asset_files.pack import AssetPack
 from footprints_edge_models.scenes.storage.files import scene_names
 
 logger = logging.getLogger(__name__)
-
-CREDITS = "credits.json"
 
 
 def used_assets(folder: Path) -> Counter[str]:
@@ -39,19 +36,7 @@ def write_credits(folder: Path, pack: AssetPack) -> list[Credit]:
         pack: The pack that they were made with.
 
     Returns:
-        The credits, sorted by author and title.
+        The credits, by licence, author and title.
     """
     used = used_assets(folder)
-    credits = {entry.credit for entry in pack.entries if entry.key in used}
-    ordered = sorted(credits, key=lambda each: (each.licence, each.author, each.title))
-    facts = [
-        {
-            "title": each.title,
-            "author": each.author,
-            "licence": each.licence,
-            "source": each.source,
-        }
-        for each in ordered
-    ]
-    write_atomically(folder / CREDITS, (json.dumps(facts, indent=1) + "\n").encode())
-    return ordered
+    return write_credits_file(folder, {entry.credit for entry in pack.entries if entry.key in used})

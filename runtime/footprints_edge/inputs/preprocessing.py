@@ -20,6 +20,9 @@ BUDGET_PX = 256 * 448
 FILTERS = {"lanczos": Image.Resampling.LANCZOS, "bilinear": Image.Resampling.BILINEAR}
 """Resize filters that a model's metadata may name; both antialias."""
 
+FILTER = "lanczos"
+"""The filter of the networks trained here, in training too."""
+
 ENOUGH = 2
 """A picture is decoded at no less than this many times the sides of the network's input: the effect
 is smaller than that of the JPEG compression itself."""
@@ -72,7 +75,7 @@ def enough_for(size: Size) -> Size:
     return ENOUGH * size[0], ENOUGH * size[1]
 
 
-def preprocess(rgb: Rgb, size: Size, filter: str = "lanczos") -> Rgb:
+def preprocess(rgb: Rgb, size: Size, filter: str = FILTER) -> Rgb:
     """Resizes the whole picture to the network's input.
 
     Args:
@@ -83,8 +86,12 @@ def preprocess(rgb: Rgb, size: Size, filter: str = "lanczos") -> Rgb:
     Returns:
         uint8 (1, h, w, 3).
     """
+    return resized(rgb, size, filter)[None]
+
+
+def resized(rgb: Rgb, size: Size, filter: str = FILTER) -> Rgb:
+    """The picture, uint8 (H, W, 3), at another size (h, w), antialiased; see `preprocess`."""
     height, width = size
-    resized = Image.fromarray(rgb).resize(
-        (width, height), FILTERS[filter], reducing_gap=_REDUCING_GAP
+    return np.asarray(
+        Image.fromarray(rgb).resize((width, height), FILTERS[filter], reducing_gap=_REDUCING_GAP)
     )
-    return np.asarray(resized)[None]

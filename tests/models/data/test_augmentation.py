@@ -8,14 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.preprocessing import preprocess
 from footprints_edge_models.data import augmentation
 from footprints_edge_models.data.augmentation import draw_virtual_camera, render_view
 from footprints_edge_models.networks.edge import FOCAL_PX
-from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES, Sample
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNLIKELY, UNSEEN, YES, Sample
 
 SIZE = (90, 160)
 CAMERA = Intrinsics(150.0, 170.0, 83.0, 41.0)
-LABELS = np.array([NO, YES, UNSEEN, UNKNOWN, FOOTPRINT], np.uint8)
+LABELS = np.array([NO, YES, UNSEEN, UNKNOWN, FOOTPRINT, UNLIKELY], np.uint8)
 
 seeds = st.integers(0, 2**32 - 1)
 view_sizes = st.sampled_from([(64, 96), (96, 64), (64, 64), (128, 224)])
@@ -38,7 +39,7 @@ def plane_sample(normal, offset_m, rng):
     rows, columns = np.mgrid[: SIZE[0], : SIZE[1]]
     image = np.stack([rows, columns, rows + columns], -1).astype(np.uint8)
     visible = LABELS[blocks]
-    visible[(visible == UNSEEN) | (visible == FOOTPRINT)] = NO
+    visible[np.isin(visible, (UNSEEN, FOOTPRINT, UNLIKELY))] = NO
     return Sample(
         "plane",
         image,
@@ -106,7 +107,7 @@ def test_labels_move_with_their_pixels(seed, size):
         (view.visible_ground_valid, visible != UNKNOWN),
         (view.ground, ground == YES),
         (view.untraversable, (ground == NO) + 3.0 * (ground == FOOTPRINT)),
-        (view.unknown_weight, 0.25 * (ground == UNSEEN)),
+        (view.unknown_weight, 0.25 * ((ground == UNSEEN) | (ground == UNLIKELY))),
     ):
         np.testing.assert_array_equal(unflipped(found, camera)[sure], expected[sure])
     assert not view.moving.any()
@@ -127,13 +128,39 @@ def test_the_picture_moves_with_the_same_pixels(seed, size):
     sample = plane_sample(np.array([0, 0, 1.0]), 3.0, np.random.default_rng(0))
     camera = draw_virtual_camera(sample, size, np.random.default_rng(seed))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(augmentation, "jitter_colours", lambda image, _: image)
+        for name in ("jitter_colours", "degraded"):
+            patch.setattr(augmentation, name, lambda image, _: image)
         image = render_view(sample, size, np.random.default_rng(seed)).image
     u, v = source_coordinates(camera, size)
-    inside = (u >= 0) & (v >= 0) & (u <= SIZE[1] - 1) & (v <= SIZE[0] - 1)
-    # The sample's colours are its rows, its columns and their sum: bilinear sampling is exact.
+    inside = (u >= 4) & (v >= 4) & (u <= SIZE[1] - 5) & (v <= SIZE[0] - 5)
+    inside[:4], inside[-4:], inside[:, :4], inside[:, -4:] = (False,) * 4
+    # The sample's colours are its rows, its columns and their sum: a symmetric filter is exact
+    # where it does not reach over a border.
     expected = np.stack([v, u, u + v], -1)[inside]
-    assert np.abs(unflipped(image, camera)[inside] - expected).max() <= 1.1
+    error = unflipped(image, camera)[inside] - expected
+    assert np.abs(error).max() <= 1.7  # rounded to whole colours before and after the filter
+    assert np.abs(error.mean(axis=0)).max() <= 0.25  # half a pixel off would be half a colour
+
+
+@pytest.mark.parametrize("size", [(90, 160), (45, 80), (30, 53)])
+def test_the_whole_picture_is_shrunk_as_the_runtime_shrinks_it(size):
+    image = np.random.default_rng(0).integers(0, 256, (*SIZE, 3)).astype(np.uint8)
+    sample = replace(blank_sample(Intrinsics.assumed(SIZE)), image=image)
+    expected = preprocess(image, size)[0].astype(int)
+    difference = np.abs(render_view(sample, size).image - expected)[3:-3, 3:-3]
+    assert difference.mean() < 4  # plain bilinear sampling of noise is 30 away
+
+
+def test_stripes_finer_than_a_view_s_pixels_become_grey():
+    image = np.zeros((*SIZE, 3), np.uint8)
+    image[:, ::2] = 200
+    sample = replace(blank_sample(Intrinsics.assumed(SIZE)), image=image)
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("jitter_colours", "degraded"):
+            patch.setattr(augmentation, name, lambda image, _: image)
+        views = [render_view(sample, (24, 40), np.random.default_rng(s)).image for s in range(8)]
+    for view in views:
+        assert np.abs(view[2:-2, 2:-2].astype(int) - 100).max() < 25
 
 
 def blank_sample(camera):

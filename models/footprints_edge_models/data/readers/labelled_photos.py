@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
@@ -13,12 +14,15 @@ from footprints_edge.inputs.images import decode
 from footprints_edge_models.data.copy_paste import CopyPastePhotos, CutoutClass, LabelledPhoto
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.readers.pictures import list_pictures
-from footprints_edge_models.sample import NO, UNKNOWN, YES, Sample, nearest, shrunk
+from footprints_edge_models.sample import NO, UNKNOWN, UNLIKELY, YES, Sample, nearest, shrunk
 from footprints_edge_models.sequences.folders import WALKABLE
 
 HORIZON_PERCENTILE = 15
 """The horizon of a collection's photos is this percentile of their highest rows of ground: all of
 them were taken with one kind of camera."""
+WIDEST_GAP = 0.06
+"""Things between ground on both sides that are wider than this, as a share of the picture's width,
+may stand at its end."""
 COPY_PASTE_SEED = 0
 
 
@@ -31,6 +35,7 @@ class PhotoLabels:
         void: ids without a label.
         barriers: ids behind which, above the highest visible ground, no ground is looked for.
         sky: ids behind which there is never ground.
+        solid: ids behind which there is seldom ground: buildings, walls, fences, dense vegetation.
         things: classes that can be cut out and pasted elsewhere.
     """
 
@@ -38,6 +43,7 @@ class PhotoLabels:
     void: tuple[int, ...]
     barriers: tuple[int, ...]
     sky: tuple[int, ...]
+    solid: tuple[int, ...] = ()
     things: tuple[CutoutClass, ...] = ()
 
 
@@ -46,6 +52,7 @@ IDD_LITE = PhotoLabels(
     void=(255,),
     barriers=(2, 3, 4, 5, 6),
     sky=(6,),
+    solid=(4, 5),
     things=(CutoutClass(2, solid_m=0.4, longest_m=0.8), CutoutClass(3, solid_m=1.6, longest_m=5.0)),
 )
 CAMVID = PhotoLabels(
@@ -53,13 +60,21 @@ CAMVID = PhotoLabels(
     void=(11,),
     barriers=(1, 2, 5, 6, 7, 8, 9, 10, 0),
     sky=(0,),
+    solid=(1, 5, 7),
     things=(
         CutoutClass(8, solid_m=1.6, longest_m=5.0),
         CutoutClass(9, solid_m=0.4, longest_m=0.8),
         CutoutClass(10, solid_m=0.5, longest_m=2.0),
     ),
 )
-ADE20K = PhotoLabels(walkable=WALKABLE, void=(0,), barriers=(1, 2, 3, 6, 9), sky=(3,))
+ADE20K = PhotoLabels(
+    walkable=WALKABLE,
+    void=(0,),
+    barriers=(1, 2, 3, 6, 9),
+    sky=(3,),
+    # wall, building, tree, ceiling, window, mountain, curtain, water, house, sea
+    solid=(1, 2, 5, 6, 9, 17, 19, 22, 26, 27),
+)
 """The 31 most frequent classes of ADE20K; see the card of the model that made the labels."""
 
 
@@ -76,10 +91,29 @@ def read_photos(folder: Path, labels: PhotoLabels) -> Iterator[Sample]:
         if rows.size:
             above = slice(0, max(0, rows[0] - round(0.04 * len(visible))))
             ground[above][np.isin(ids[above], labels.barriers)] = NO
+            seldom = np.isin(ids, labels.solid) & ~goes_on_behind(visible == YES)
+            ground[seldom & (ground == UNKNOWN)] = UNLIKELY
         ground[visible == YES] = YES
         height, width = visible.shape
         camera = Intrinsics.assumed((height, width))
         yield shrunk(Sample(f"{folder.name}/{image_path.stem}", image, camera, visible, ground))
+
+
+def goes_on_behind(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Where ground surely goes on behind what stands there, bool (H, W).
+
+    Namely where ground is seen farther away, above in the same column; or on both sides, with no
+    more than ``WIDEST_GAP`` between.
+
+    Args:
+        seen: bool (H, W), visible ground.
+    """
+    mask = seen.astype(np.uint8)
+    farther = np.maximum.accumulate(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3))), axis=0)
+    gap_px = max(1, round(WIDEST_GAP * seen.shape[1]))
+    beside = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((1, gap_px)))
+    behind: NDArray[np.bool_] = (farther > 0) | (beside > 0)
+    return behind
 
 
 def read_copy_paste(

@@ -1,5 +1,7 @@
 """Labelled photos on tiny trees: what a class id means for visible and hidden ground."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -7,7 +9,7 @@ from PIL import Image
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.readers.labelled_photos import PhotoLabels, read_photos
-from footprints_edge_models.sample import NO, UNKNOWN, YES
+from footprints_edge_models.sample import NO, UNKNOWN, UNLIKELY, YES
 
 ROAD, WALL, PERSON, SKY, VOID = 1, 2, 3, 4, 9
 LABELS = PhotoLabels(walkable=(ROAD,), void=(VOID,), barriers=(WALL,), sky=(SKY,))
@@ -47,11 +49,38 @@ def test_a_labelled_photo(write_photo, tmp_path, street_ids):
     assert (sample.ground[29][wall[29]] == UNKNOWN).all()
 
 
+@pytest.fixture
+def walled_ids():
+    """Road below row 30; on it a wall from the left, a low wall with road behind it, and a post."""
+    ids = np.full((60, 100), SKY, np.uint8)
+    ids[30:] = ROAD
+    ids[25:50, :30] = WALL
+    ids[40:50, 50:80] = WALL
+    ids[20:45, 90:94] = WALL
+    return ids
+
+
+def test_behind_a_wall_ground_is_unlikely(write_photo, tmp_path, walled_ids):
+    write_photo(tmp_path / "street", "a", walled_ids)
+    labels = replace(LABELS, solid=(WALL,))
+    (sample,) = read_photos(tmp_path / "street", labels)
+    assert (sample.ground[30:50, :30] == UNLIKELY).all()
+    assert (sample.visible_ground[30:50, :30] == NO).all()
+    # ground is seen farther away, or goes on to both sides
+    assert (sample.ground[40:50, 50:80] == UNKNOWN).all()
+    assert (sample.ground[30:45, 90:94] == UNKNOWN).all()
+    np.testing.assert_array_equal(sample.ground == YES, walled_ids == ROAD)
+    (without,) = read_photos(tmp_path / "street", LABELS)
+    np.testing.assert_array_equal(
+        np.where(sample.ground == UNLIKELY, UNKNOWN, sample.ground), without.ground
+    )
+
+
 def test_a_wall_says_nothing_where_no_ground_is_seen(write_photo, tmp_path):
     ids = np.full((40, 60), WALL)
     ids[:5] = SKY
     write_photo(tmp_path / "wall", "a", ids)
-    (sample,) = read_photos(tmp_path / "wall", LABELS)
+    (sample,) = read_photos(tmp_path / "wall", replace(LABELS, solid=(WALL,)))
     assert (sample.ground[5:] == UNKNOWN).all()
     assert (sample.ground[:5] == NO).all()
     assert (sample.visible_ground == NO).all()

@@ -1,0 +1,23 @@
+"""The list of credits in a folder of pictures that were made from assets."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+
+from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge_models.asset_files.asset import Credit
+
+CREDITS = "credits.json"
+
+
+def write_credits_file(folder: Path, credits: Iterable[Credit]) -> list[Credit]:
+    """Writes `credits.json`: title, author, licence and source of every asset, each once.
+
+    Returns:
+        The credits, by licence, author and title.
+    """
+    ordered = sorted(set(credits), key=lambda each: (each.licence, each.author, each.title))
+    facts = [asdict(each) for each in ordered]
+    write_atomically(folder / CREDITS, (json.dumps(facts, indent=1) + "\n").encode())
+    return ordered
