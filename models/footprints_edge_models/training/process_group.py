@@ -33,6 +33,12 @@ class ProcessGroup:
         distributed.broadcast_object_list(values, src=0)
         return values[0]
 
+    def mean(self, values: torch.Tensor) -> torch.Tensor:
+        """The mean over all processes."""
+        if self.size > 1:
+            distributed.all_reduce(values)
+        return values / self.size
+
 
 @contextmanager
 def process_group(device: torch.device) -> Iterator[ProcessGroup]:
@@ -85,6 +91,8 @@ class SyncedBatchNorm2d(nn.BatchNorm2d):
         variance = all_reduce(centred.float().square().mean(dim=(0, 2, 3))) / size
         count = size * x.numel() / x.shape[1]
         with torch.no_grad():
+            if self.num_batches_tracked is not None:
+                self.num_batches_tracked.add_(1)
             momentum = 0.1 if self.momentum is None else self.momentum
             self.running_mean.lerp_(mean, momentum)
             self.running_var.lerp_(variance * count / (count - 1), momentum)

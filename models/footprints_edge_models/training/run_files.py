@@ -11,14 +11,16 @@ from torch import nn
 from footprints_edge_models.networks.checkpoint import FOCAL_PX_KEY
 
 
-def save_weights(network: nn.Module, focal_px: float, path: Path) -> None:
+def save_weights(network: nn.Module, focal_px: float | None, path: Path) -> None:
     """A state dict with its canonical focal length, in half precision, atomically.
 
     A weight's last bits are noise, and the file is half as large.
     """
     weights = network.state_dict()
     halves = {k: v.half() if v.is_floating_point() else v for k, v in weights.items()}
-    save(halves | {FOCAL_PX_KEY: torch.tensor(focal_px, dtype=torch.float64)}, path)
+    if focal_px is not None:
+        halves[FOCAL_PX_KEY] = torch.tensor(focal_px, dtype=torch.float64)
+    save(halves, path)
 
 
 def save(state: Any, path: Path) -> None:  # noqa: ANN401

@@ -176,7 +176,7 @@ def _loop(
         rate = recipe.lr_factor(state.step, share)
         for parameters in state.optimizer.param_groups:
             parameters["lr"] = parameters["peak"] * rate
-        values = _step(state, model, next(stream))
+        values = _step(state, model, next(stream), group)
         row = {"step": state.step, **values}
         state.step += 1
         state.spent_s = watch.spent_s
@@ -194,7 +194,7 @@ def _loop(
         if progress is not None:
             progress(seen)
         if budget_s is None and state.step == recipe.steps:
-            break
+            continue  # the end follows
         if state.step % every[0] == 0:
             validation_s = max(validation_s, timed_validation())
         if state.step % every[1] == 0:
@@ -206,8 +206,8 @@ def _loop(
         save(state.as_dict(), run / "last.pt")
 
 
-def _step(state: RunState, model: nn.Module, batch: Batch) -> dict[str, float]:
-    """One step of the optimizer; the losses."""
+def _step(state: RunState, model: nn.Module, batch: Batch, group: ProcessGroup) -> dict[str, float]:
+    """One step of the optimizer; the losses of the whole batch."""
     device = next(state.network.parameters()).device
     image, targets = batch
     image = image.to(device, non_blocking=True).float() / 255
@@ -221,7 +221,8 @@ def _step(state: RunState, model: nn.Module, batch: Batch) -> dict[str, float]:
     nn.utils.clip_grad_norm_(state.network.parameters(), 5.0)
     state.optimizer.step()
     state.average.update_parameters(state.network)
-    return dict(zip(parts, torch.stack(list(parts.values())).tolist(), strict=True))
+    values = group.mean(torch.stack(list(parts.values())).detach())
+    return dict(zip(parts, values.tolist(), strict=True))
 
 
 def _begin(recipe: Recipe, run: Path, device: torch.device, group: ProcessGroup) -> RunState:

@@ -114,11 +114,14 @@ def validate_all(
     was_training = network.training
     network.eval()
     scores = {
-        name: validate(
-            network, dataset.held_out[:: -(-len(dataset.held_out) // most)], size, focal_px
-        )
+        name: validate(network, spread(dataset.held_out, most), size, focal_px)
         for name, dataset in datasets.items()
         if dataset.held_out
     }
     network.train(was_training)
     return scores
+
+
+def spread(samples: Sequence[Sample], most: int = 40) -> Sequence[Sample]:
+    """At most so many of them, evenly spread."""
+    return samples[:: max(1, -(-len(samples) // most))]
