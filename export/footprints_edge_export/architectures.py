@@ -8,7 +8,11 @@ from typing import Any
 from torch import nn
 
 from footprints_edge_export.partial_networks import EdgePart, ReferencePart
-from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
+from footprints_edge_models.networks.checkpoint import (
+    load_weights,
+    read_checkpoint,
+    stated_focal_px,
+)
 from footprints_edge_models.networks.registry import NETWORKS
 
 
@@ -20,7 +24,8 @@ class Architecture:
         build: makes the network, untrained. It takes RGB float32 (B, 3, H, W) in [0, 1], H and W
             multiples of 32, and gives the raw channels of
             ``footprints_edge_models.networks.channels``.
-        focal_px: focal length of its canonical camera; None where depths are as trained.
+        focal_px: focal length of its canonical camera, where a checkpoint states none; None where
+            depths are as trained.
         licence: licence of its weights, if the caller states none.
         notice: what users of its weights must know; each conversion prints it once.
         part: makes the network that gives some of the maps, or those of a coarser head; it takes
@@ -62,3 +67,13 @@ def trained(architecture: str, checkpoint: Path) -> nn.Module:
     network = ARCHITECTURES[architecture].build().eval()
     load_weights(network, read_checkpoint(checkpoint), str(checkpoint))
     return network
+
+
+def canonical_focal_px(architecture: str, checkpoint: Path) -> float | None:
+    """Focal length of the camera that a checkpoint's depths are for; None: depths are as trained.
+
+    Raises:
+        ModelError: the checkpoint states one that is no focal length.
+    """
+    stated = stated_focal_px(read_checkpoint(checkpoint), str(checkpoint))
+    return ARCHITECTURES[architecture].focal_px if stated is None else stated

@@ -96,7 +96,7 @@ def convert_command(
         typer.Option(
             min=1.0,
             help="Focal length, in input pixels, of the camera that the depths are for.  "
-            "[default: edge 400; reference: depths as trained]",
+            "[default: as CHECKPOINT states; else edge 400, reference: depths as trained]",
         ),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the output.")] = False,

@@ -24,7 +24,7 @@ from footprints_edge.foundation.version import __version__
 from footprints_edge.inputs.preprocessing import FILTER
 from footprints_edge.model import Model
 from footprints_edge.model_files.metadata import ModelMetadata
-from footprints_edge_export.architectures import trained
+from footprints_edge_export.architectures import canonical_focal_px, trained
 from footprints_edge_export.artifact import Artifact, ExportedGraph
 from footprints_edge_export.graph.editing import to_proto
 from footprints_edge_export.graph.fp16_weights import store_weights_in_half
@@ -222,7 +222,7 @@ def _metadata(job: Job, precision: str) -> ModelMetadata:
         architecture=conversion.architecture,
         precision=precision,
         depth_range_m=(MIN_DEPTH_M, MAX_DEPTH_M),
-        focal_px=conversion.focal_px or job.architecture.focal_px,
+        focal_px=conversion.focal_px or canonical_focal_px(conversion.architecture, job.checkpoint),
         resize=FILTER,
         licence=conversion.licence or job.architecture.licence,
         source_sha256=file_sha256(job.checkpoint),

@@ -19,7 +19,12 @@ from footprints_edge_export.errors import ExportError, VerificationError
 from footprints_edge_export.report import report_path
 from footprints_edge_export.verification import parity
 from footprints_edge_models.networks.channels import raw_to_maps
-from footprints_edge_models.networks.checkpoint import file_sha256, load_weights, read_checkpoint
+from footprints_edge_models.networks.checkpoint import (
+    FOCAL_PX_KEY,
+    file_sha256,
+    load_weights,
+    read_checkpoint,
+)
 from footprints_edge_models.networks.reference import ReferenceNetwork
 
 
@@ -135,6 +140,13 @@ def test_weights_may_be_for_another_camera_than_the_architectures(
     convert(edge_checkpoint, tmp_path / "a.onnx", wanted, overwrite=False)
     metadata = footprints_edge.load(tmp_path / "a.onnx", threads=1).metadata
     assert metadata.focal_px == 312.5
+
+
+def test_the_camera_is_the_one_that_the_weights_state(edge_checkpoint, conversion, tmp_path):
+    weights = read_checkpoint(edge_checkpoint)
+    torch.save(weights | {FOCAL_PX_KEY: torch.tensor(250.0)}, tmp_path / "a.pt")
+    convert(tmp_path / "a.pt", tmp_path / "a.onnx", conversion(), overwrite=False)
+    assert footprints_edge.load(tmp_path / "a.onnx", threads=1).metadata.focal_px == 250
 
 
 def test_the_metadata_is_what_was_asked_for(edge_checkpoint, conversion, tmp_path):

@@ -1,7 +1,7 @@
 """``fp-train ablations``: the paper's ablations of the loss."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,6 +16,9 @@ from footprints_edge_models.cli.options import (
     device_of,
     recipe_of,
 )
+
+if TYPE_CHECKING:
+    from footprints_edge_models.training.progress import Progress
 
 
 def ablations(
@@ -36,13 +39,12 @@ def ablations(
 
         where = device_of(device)
         recipe = recipe_of(schedule, batch, seed, init)
-        steps = len(recipe.sizes())
         datasets = load_datasets(data)
-        with tqdm(total=len(ABLATIONS) * steps, unit="step", disable=None) as bar:
+        with tqdm(total=len(ABLATIONS) * recipe.steps, unit="step", disable=None) as bar:
 
-            def progress(name: str, step: int, steps: int, loss: float) -> None:
-                bar.set_postfix_str(f"{name}, loss {loss:.3f}", refresh=False)
-                bar.update(list(ABLATIONS).index(name) * steps + step - bar.n)
+            def progress(name: str, now: "Progress") -> None:
+                bar.set_postfix_str(f"{name}, loss {now.loss:.3f}", refresh=False)
+                bar.update(list(ABLATIONS).index(name) * recipe.steps + now.step - bar.n)
 
             tables = train_ablations(datasets, recipe, run, device=where, progress=progress)
         typer.echo(tables)

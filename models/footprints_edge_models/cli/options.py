@@ -1,5 +1,6 @@
 """Options that several commands share, and what they stand for."""
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -35,7 +36,8 @@ def recipe_of(
     **more: Any,  # noqa: ANN401  (fields of Recipe)
 ) -> "Recipe":
     """The recipe that the options ask for."""
-    from footprints_edge_models.training.recipe import Recipe, ScheduleStage
+    from footprints_edge_models.training.recipe import Recipe
+    from footprints_edge_models.training.schedule import ScheduleStage
 
     stages = tuple(ScheduleStage.parse(text) for text in schedule)
     weights = None if init is None else str(init)
@@ -50,12 +52,14 @@ def device_of(name: str) -> "torch.device":
     """
     import torch
 
-    from footprints_edge_models.training.recipe import TrainingError
+    from footprints_edge_models.training.schedule import TrainingError
 
     if name == "auto":
         name = "cuda" if torch.cuda.is_available() else "cpu"
     if name != "cpu" and not (name.startswith("cuda") and torch.cuda.is_available()):
         raise TrainingError(f"device {name!r}: here only cpu and, where there is one, cuda")
+    if name == "cuda" and "LOCAL_RANK" in os.environ:  # one of the processes that torchrun starts
+        name = f"cuda:{os.environ['LOCAL_RANK']}"
     return torch.device(name)
 
 

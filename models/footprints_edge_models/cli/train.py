@@ -1,11 +1,13 @@
 """``fp-train edge`` and ``fp-train reference``: train a network."""
 
+import os
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from footprints_edge.cli.exit_codes import complain, explained
+from footprints_edge.cli.exit_codes import explained
 from footprints_edge_models.cli.options import (
     Batch,
     Data,
@@ -18,10 +20,41 @@ from footprints_edge_models.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from footprints_edge_models.training.progress import Progress
     from footprints_edge_models.training.recipe import Recipe
 
 DEFAULT_SCHEDULE = ("128x224:2400", "192x320:1600", "256x448:700")
 
+
+class Balance(StrEnum):
+    """How pixels of S* are weighed against each other."""
+
+    NONE = "none"
+    CLASSES = "classes"
+    FOCAL = "focal"
+
+
+Decay = Annotated[
+    float, typer.Option(help="Share of the run, at its end, over which the rates fall to zero.")
+]
+Minutes = Annotated[
+    float | None,
+    typer.Option(help="End after so many minutes; the last stage goes on until then."),
+]
+DecayFrom = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="RUN",
+        help="Go on from the checkpoint of another run; with --decay 1, finish its weights.",
+    ),
+]
+Workers = Annotated[
+    int | None,
+    typer.Option(
+        min=0,
+        help="Processes that prepare pictures.  [default: one per core for a GPU, else threads]",
+    ),
+]
 Run = Annotated[Path, typer.Option(help="Folder of the run; an unfinished run is resumed.")]
 
 
@@ -50,6 +83,21 @@ def edge(
     footprint_weight: Annotated[
         float, typer.Option(help="Weight of footprints in the loss of S* (eq. 3b).")
     ] = 3.0,
+    balance: Annotated[
+        Balance, typer.Option(help="How pixels of S* are weighed against each other.")
+    ] = Balance.NONE,
+    relative_depth: Annotated[
+        float, typer.Option(help="Weight of the relative depth loss beside the paper's.")
+    ] = 0.0,
+    dice: Annotated[float, typer.Option(help="Weight of the soft Dice loss of both masks.")] = 0.0,
+    frozen_stages: Annotated[
+        int,
+        typer.Option(help="First stages of the encoder that do not learn, 0 to 7: faster."),
+    ] = 0,
+    decay: Decay = 0.2,
+    minutes: Minutes = None,
+    decay_from: DecayFrom = None,
+    workers: Workers = None,
     device: Device = "auto",
 ) -> None:
     """Train the edge network on every dataset found in DATA; print the path of its weights."""
@@ -65,8 +113,15 @@ def edge(
             moving_objects=moving_objects,
             hidden_weight=hidden_weight,
             footprint_weight=footprint_weight,
+            balance=balance.value,
+            relative_depth=relative_depth,
+            dice=dice,
+            frozen_stages=frozen_stages,
+            decay=decay,
+            minutes=minutes,
+            decay_from=None if decay_from is None else str(decay_from),
         )
-        typer.echo(_train(data, recipe, run, device))
+        typer.echo(_train(data, recipe, run, device, workers))
 
 
 def reference(
@@ -78,23 +133,28 @@ def reference(
     init: Annotated[
         Path | None, typer.Option(help="Initial weights; default: random weights.")
     ] = None,
+    decay: Decay = 0.2,
+    minutes: Minutes = None,
+    decay_from: DecayFrom = None,
+    workers: Workers = None,
     device: Device = "auto",
 ) -> None:
-    """Train the paper's network in the same way; print the path of its weights.
-
-    Its depths are for a canonical camera, whose focal length is printed at the end.
-    """
+    """Train the paper's network in the same way; print the path of its weights."""
     with explained("train"):
-        from footprints_edge_models.networks.edge import focal_px_at
+        recipe = recipe_of(
+            schedule,
+            batch,
+            seed,
+            init,
+            network="reference",
+            decay=decay,
+            minutes=minutes,
+            decay_from=None if decay_from is None else str(decay_from),
+        )
+        typer.echo(_train(data, recipe, run, device, workers))
 
-        recipe = recipe_of(schedule, batch, seed, init, network="reference")
-        weights = _train(data, recipe, run, device)
-        focal_px = focal_px_at(recipe.schedule[-1].size)
-        complain(f"Convert them with --arch reference --focal-px {focal_px:g}")
-        typer.echo(weights)
 
-
-def _train(data: Path, recipe: "Recipe", run: Path, device: str) -> Path:
+def _train(data: Path, recipe: "Recipe", run: Path, device: str, workers: int | None) -> Path:
     """Trains behind a progress bar; the path of the weights."""
     from tqdm import tqdm
 
@@ -102,12 +162,13 @@ def _train(data: Path, recipe: "Recipe", run: Path, device: str) -> Path:
     from footprints_edge_models.training.trainer import train
 
     where = device_of(device)
+    if workers is None:  # a GPU is faster than two threads
+        workers = 0 if where.type == "cpu" else len(os.sched_getaffinity(0))
     datasets = load_datasets(data)
-    with tqdm(unit="step", disable=None) as bar:
+    is_first = os.environ.get("RANK", "0") == "0"  # torchrun starts others as well
+    with tqdm(bar_format="{desc}", disable=None if is_first else True) as bar:
 
-        def progress(step: int, steps: int, loss: float) -> None:
-            bar.total = steps
-            bar.set_postfix(loss=f"{loss:.3f}", refresh=False)
-            bar.update(step - bar.n)
+        def progress(now: "Progress") -> None:
+            bar.set_description_str(str(now))
 
-        return train(datasets, recipe, run, device=where, progress=progress)
+        return train(datasets, recipe, run, device=where, workers=workers, progress=progress)

@@ -1,6 +1,7 @@
 """Reads checkpoints strictly, and without executing anything: they are pickles from anywhere."""
 
 import hashlib
+import math
 import warnings
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,9 @@ import torch
 from torch import nn
 
 from footprints_edge.errors import ModelError
+
+FOCAL_PX_KEY = "canonical_focal_px"
+"""Key of a state dict's canonical focal length, a tensor of one number, beside the weights."""
 
 
 def read_checkpoint(path: Path) -> Any:  # noqa: ANN401  (a checkpoint holds what its writer put in)
@@ -36,6 +40,8 @@ def read_checkpoint(path: Path) -> Any:  # noqa: ANN401  (a checkpoint holds wha
 def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: ANN401
     """Fill a network from a state dict, every key and shape as expected.
 
+    A stated focal length (see :func:`stated_focal_px`) is none of the network's.
+
     Raises:
         ModelError: naming the missing, unexpected and misshapen keys.
     """
@@ -46,6 +52,7 @@ def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: 
             f"{name}: expected a state dict of named tensors, found "
             f"{type(weights).__name__}; save network.state_dict()"
         )
+    weights = {key: tensor for key, tensor in weights.items() if key != FOCAL_PX_KEY}
     expected = network.state_dict()
     problems = [
         _listed("missing", [key for key in expected if key not in weights]),
@@ -65,6 +72,25 @@ def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: 
             + "; ".join(filter(None, problems))
         )
     network.load_state_dict(weights, strict=True)
+
+
+def stated_focal_px(weights: Any, name: str) -> float | None:  # noqa: ANN401
+    """Focal length of the canonical camera that a state dict's depths are for, if it says so.
+
+    It is in pixels of the network's input, whatever the input's size: a convolution sees pixels.
+
+    Raises:
+        ModelError: what is stated is no focal length.
+    """
+    if not isinstance(weights, dict) or FOCAL_PX_KEY not in weights:
+        return None
+    stated = weights[FOCAL_PX_KEY]
+    is_number = isinstance(stated, torch.Tensor) and stated.numel() == 1
+    if not is_number or not 0 < float(stated) < math.inf:
+        raise ModelError(
+            f"{name}: {FOCAL_PX_KEY} is {stated}; it must be one positive number of pixels"
+        )
+    return float(stated)
 
 
 def _listed(what: str, keys: list[str], most: int = 5) -> str:

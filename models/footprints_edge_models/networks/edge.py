@@ -25,14 +25,16 @@ from footprints_edge_models.networks.efficientnet_lite0 import (
 
 DECODER_CHANNELS = (128, 64, 48, 32)
 FOCAL_PX = 400.0
-"""Focal length, in pixels of the network's input, of the canonical camera its depths are for."""
+"""Focal length of the canonical camera its depths are for, in pixels of the input of any size.
+
+A convolution sees pixels: an object of so many pixels is equally far away in an image of any size.
+"""
 
 
-def focal_px_at(size: tuple[int, int]) -> float:
-    """The canonical focal length while training at another base size (H, W).
+def former_focal_px(size: tuple[int, int]) -> float:
+    """The canonical focal length at a base size (H, W) in runs begun by earlier versions.
 
-    A small image is the same camera's with fewer pixels, so that what is learned at one size holds
-    at another.
+    They took a small image for one of the same camera with fewer pixels.
     """
     return FOCAL_PX * math.sqrt(size[0] * size[1] / BUDGET_PX)
 

@@ -18,7 +18,7 @@ FEATURE_CHANNELS = (16, 24, 40, 112, 320)
 """Channels of the features at 1/2, 1/4, 1/8, 1/16 and 1/32."""
 
 # (expansion, channels, blocks, stride, kernel) a stage
-_STAGES = (
+STAGES = (
     (1, 16, 1, 1, 3),
     (6, 24, 2, 2, 3),
     (6, 40, 2, 2, 5),
@@ -41,23 +41,39 @@ class DepthwiseConv2d(nn.Conv2d):
             channels, channels, kernel, stride, kernel // 2, groups=channels, bias=False
         )
 
-    def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """(B, channels, H, W) to (B, channels, H/stride, W/stride)."""
-        if x.device.type == "cpu" and torch.is_autocast_enabled("cpu"):
+    def _conv_forward(
+        self, input: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor | None
+    ) -> torch.Tensor:
+        if input.device.type == "cpu" and torch.is_autocast_enabled("cpu"):
             with torch.autocast("cpu", enabled=False):
-                return super().forward(x.float())
-        return super().forward(x)
+                return super()._conv_forward(input.float(), weight, bias)
+        return super()._conv_forward(input, weight, bias)
 
 
 class ConvNorm(nn.Sequential):
-    """Convolution without bias, batch norm, ReLU6 where asked for."""
+    """Convolution without bias, batch norm, ReLU6 where asked for.
+
+    While the network learns and its batch norm keeps its statistics, the norm is one factor and one
+    summand a channel: they go into the filters on the way, which a gradient passes as well, and two
+    passes over the pixels are saved.
+    """
 
     def __init__(self, conv: nn.Conv2d, *, act: bool) -> None:
         super().__init__(
             conv,
             nn.BatchNorm2d(conv.out_channels, eps=1e-3, momentum=0.01),
-            *([nn.ReLU6()] if act else []),
+            *([nn.ReLU6(inplace=True)] if act else []),
         )
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """(B, inputs, H, W) to (B, outputs, H/stride, W/stride)."""
+        conv, norm, *act = self
+        if not self.training or norm.training:
+            return super().forward(x)  # type: ignore[no-any-return]
+        factor = norm.weight * torch.rsqrt(norm.running_var + norm.eps)
+        summand = norm.bias - norm.running_mean * factor
+        x = conv._conv_forward(x, conv.weight * factor[:, None, None, None], summand)
+        return act[0](x) if act else x  # type: ignore[no-any-return]
 
 
 def pointwise(inputs: int, outputs: int) -> nn.Conv2d:
@@ -92,7 +108,7 @@ class Lite0Encoder(nn.Module):
         super().__init__()
         self.stem = ConvNorm(nn.Conv2d(3, 32, 3, 2, padding=1, bias=False), act=True)
         stages, inputs = [], 32
-        for expansion, outputs, blocks, stride, kernel in _STAGES:
+        for expansion, outputs, blocks, stride, kernel in STAGES:
             stage = [InvertedResidual(inputs, outputs, expansion, stride, kernel)]
             stage += [
                 InvertedResidual(outputs, outputs, expansion, 1, kernel) for _ in range(blocks - 1)
@@ -100,6 +116,12 @@ class Lite0Encoder(nn.Module):
             stages.append(nn.Sequential(*stage))
             inputs = outputs
         self.stages = nn.ModuleList(stages)
+
+    def freeze(self, stages: int) -> None:
+        """The stem and the first stages learn no more; 0 freezes nothing."""
+        if stages:
+            for part in (self.stem, *self.stages[:stages]):
+                part.requires_grad_(False)
 
     def forward(self, image: torch.Tensor) -> list[torch.Tensor]:
         """(B, 3, H, W), normalised, to features of FEATURE_CHANNELS at 1/2 ... 1/32."""

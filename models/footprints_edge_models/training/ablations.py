@@ -9,6 +9,7 @@ from typing import Any
 import torch
 
 from footprints_edge_models.data.mixture import TrainingDataset
+from footprints_edge_models.training.progress import Progress
 from footprints_edge_models.training.recipe import Recipe
 from footprints_edge_models.training.trainer import train
 
@@ -29,9 +30,6 @@ _COLUMNS = {
     "ground_depth_a1": "ground depth a1",
 }
 
-Progress = Callable[[str, int, int, float], None]
-"""Called with the ablation, its step, its number of steps and the loss."""
-
 
 def train_ablations(
     datasets: dict[str, TrainingDataset],
@@ -39,7 +37,7 @@ def train_ablations(
     folder: Path,
     *,
     device: torch.device,
-    progress: Progress | None = None,
+    progress: Callable[[str, Progress], None] | None = None,
 ) -> str:
     """Train every ablation of a recipe, each in a folder of its own, or resume them.
 
@@ -53,9 +51,9 @@ def train_ablations(
     for name, change in ABLATIONS.items():
         run = folder / "".join(c if c.isalnum() else "-" for c in name.lower()).strip("-")
 
-        def report(step: int, steps: int, loss: float, name: str = name) -> None:
+        def report(now: Progress, name: str = name) -> None:
             if progress is not None:
-                progress(name, step, steps, loss)
+                progress(name, now)
 
         train(datasets, replace(recipe, **change), run, device=device, progress=report)
         scores[name] = _last_scores(run / "validation.csv")

