@@ -1,6 +1,7 @@
 """A scene as triangles."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from footprints_edge_models.scenes.assets.materials import Material
 from footprints_edge_models.scenes.assets.things import Thing, ThingPart, composed
 from footprints_edge_models.scenes.layout.scene import Scene
+from footprints_edge_models.scenes.rendering.raycast import Triangles
 
 GROUND = -1
 """The index in ``thing`` of walkable ground."""
@@ -51,6 +53,26 @@ class Geometry:
     def corners(self) -> NDArray[np.float32]:
         """Float32 (T, 3, 3)."""
         return self.points[self.triangles]
+
+    @cached_property
+    def ground_alone(self) -> Triangles:
+        """Ray tracer of the walkable ground."""
+        return Triangles(self.points[self.triangles[self.thing == GROUND]])
+
+    @cached_property
+    def walls_alone(self) -> Triangles:
+        """Ray tracer of the walls."""
+        return Triangles(self.points[self.triangles[self.is_wall]])
+
+    @cached_property
+    def normal_planes(self) -> NDArray[np.float32]:
+        """The normals as (corner, xyz, triangle): numpy is slow at axes of three that come last."""
+        return np.ascontiguousarray(self.normals.transpose(1, 2, 0))
+
+    @cached_property
+    def uv_planes(self) -> NDArray[np.float32]:
+        """``uv`` as (corner, uv, triangle)."""
+        return np.ascontiguousarray(self.uv.transpose(1, 2, 0))
 
 
 def geometry_of(scene: Scene) -> Geometry:
@@ -151,6 +173,23 @@ def _uv(
         numbers: (M,), their own.
         of_part: (T,), which part each triangle is of.
     """
+    uv = np.empty((len(of_part), 3, 2), np.float32)
+    own = [part.shape.uv is not None for part in parts]
+    if any(own):
+        whose = np.array(own)[of_part]
+        uv[whose] = np.concatenate([part.shape.uv for part in parts if part.shape.uv is not None])
+        others = np.flatnonzero(np.logical_not(own))
+        uv[~whose] = (
+            _uv(
+                [parts[k] for k in others],
+                turns[others],
+                numbers[others],
+                np.searchsorted(others, of_part[~whose]),
+            )
+            if len(others)
+            else 0
+        )
+        return uv
     size = np.linalg.norm(turns, axis=1)  # metres per unit along the template's axes
     extent = size * np.array([part.shape.size for part in parts])
     grained = np.array([part.material.texture.kind in GRAINED for part in parts])
@@ -163,15 +202,8 @@ def _uv(
     long_x, long_y, long_z = (extent[of_part, axis] for axis in range(3))
     long_first, long_second = np.where(across_x, long_y, long_x), np.where(across_z, long_y, long_z)
     swap = (grained[of_part] & (long_second > long_first))[:, None]
-    uv = np.empty((len(corners), 3, 2), np.float32)
     uv[..., 0] = np.where(swap, second, first) + shift[of_part, None]
     uv[..., 1] = np.where(swap, first, second) + shift[of_part, None] * 0.7
-    start = 0
-    for part in parts:
-        end = start + len(part.shape.corners)
-        if part.shape.uv is not None:
-            uv[start:end] = part.shape.uv
-        start = end
     return uv
 
 
