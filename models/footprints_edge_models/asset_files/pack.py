@@ -32,8 +32,8 @@ from footprints_edge_models.asset_files.asset import (
 from footprints_edge_models.asset_files.glb import Viewpoint, World, read_objects, read_world
 from footprints_edge_models.asset_files.outlines import VEHICLES, outlines_of
 from footprints_edge_models.asset_files.pictures import PictureFile, panorama_files, texture_files
-from footprints_edge_models.asset_files.sweet_home import SweetHomeCatalogue
 from footprints_edge_models.asset_files.simplify import simplified
+from footprints_edge_models.asset_files.sweet_home import SweetHomeCatalogue
 
 FORMAT = 2
 MOST_TRIANGLES = 4000

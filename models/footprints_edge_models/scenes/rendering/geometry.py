@@ -165,7 +165,7 @@ def _uv(
     numbers: NDArray[np.int32],
     of_part: NDArray[np.int64],
 ) -> NDArray[np.float32]:
-    """Metres along the faces of parts, (T, 3, 2), shifted from part to part.
+    """Metres along the faces of parts, (T, 3, 2), shifted from part to part; of models, their own.
 
     Args:
         parts: M of them.
@@ -173,23 +173,26 @@ def _uv(
         numbers: (M,), their own.
         of_part: (T,), which part each triangle is of.
     """
+    own = np.array([part.shape.uv is not None for part in parts])
+    if not own.any():
+        return _planar_uv(parts, turns, numbers, of_part)
     uv = np.empty((len(of_part), 3, 2), np.float32)
-    own = [part.shape.uv is not None for part in parts]
-    if any(own):
-        whose = np.array(own)[of_part]
-        uv[whose] = np.concatenate([part.shape.uv for part in parts if part.shape.uv is not None])
-        others = np.flatnonzero(np.logical_not(own))
-        uv[~whose] = (
-            _uv(
-                [parts[k] for k in others],
-                turns[others],
-                numbers[others],
-                np.searchsorted(others, of_part[~whose]),
-            )
-            if len(others)
-            else 0
-        )
-        return uv
+    whose = own[of_part]
+    uv[whose] = np.concatenate([part.shape.uv for part in parts if part.shape.uv is not None])
+    if len(others := np.flatnonzero(~own)):
+        rest = of_part[~whose]
+        among = np.searchsorted(others, rest)
+        uv[~whose] = _planar_uv([parts[k] for k in others], turns[others], numbers[others], among)
+    return uv
+
+
+def _planar_uv(
+    parts: list[ThingPart],
+    turns: NDArray[np.float32],
+    numbers: NDArray[np.int32],
+    of_part: NDArray[np.int64],
+) -> NDArray[np.float32]:
+    """:func:`_uv` of parts without a texture of their own."""
     size = np.linalg.norm(turns, axis=1)  # metres per unit along the template's axes
     extent = size * np.array([part.shape.size for part in parts])
     grained = np.array([part.material.texture.kind in GRAINED for part in parts])
@@ -202,6 +205,7 @@ def _uv(
     long_x, long_y, long_z = (extent[of_part, axis] for axis in range(3))
     long_first, long_second = np.where(across_x, long_y, long_x), np.where(across_z, long_y, long_z)
     swap = (grained[of_part] & (long_second > long_first))[:, None]
+    uv = np.empty((len(corners), 3, 2), np.float32)
     uv[..., 0] = np.where(swap, second, first) + shift[of_part, None]
     uv[..., 1] = np.where(swap, first, second) + shift[of_part, None] * 0.7
     return uv
