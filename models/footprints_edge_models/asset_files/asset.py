@@ -4,7 +4,7 @@ Axes are those of scenes: x and y along the ground, z up, metres. Sources state 
 (x, y, z) of theirs is (x, -z, y) here, so that a front along +z looks along -y.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +82,17 @@ class Asset:
     surfaces: tuple[Surface, ...]
     credit: Credit
     outlines: tuple[NDArray[np.float64], ...] = ()
+
+    def lengthwise(self) -> "Asset":
+        """It, its longer side along y: turned by a quarter if need be. It has no outlines yet."""
+        width, depth, height = self.size_m
+        if width <= depth:
+            return self
+        turned = tuple(
+            replace(each, points=each.points[:, [1, 0, 2]] * np.array([-1, 1, 1], np.float32))
+            for each in self.surfaces
+        )
+        return replace(self, size_m=(depth, width, height), surfaces=turned)
 
 
 def upright(points: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -1,7 +1,9 @@
 """All assets in one file: read once from their sources, then by key, quickly, by many processes.
 
 A pack is a zip, stored without compression: `index.json`, and for each model and world an `.npz`,
-for each texture and panorama its JPEG. Points are kept as uint16 within their surface's box.
+for each texture and panorama its JPEG. Points are kept as uint16 within their surface's box, a
+texture that several surfaces share once. Models are ready to be placed: simplified, and vehicles
+turned so that their length lies along y.
 """
 
 import hashlib
@@ -20,19 +22,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.foundation.atomic_write import write_atomically
-from footprints_edge_models.asset_files.asset import Asset, AssetError, Credit, Surface
+from footprints_edge_models.asset_files.asset import (
+    LONGEST_TEXTURE_PX,
+    Asset,
+    AssetError,
+    Credit,
+    Surface,
+)
 from footprints_edge_models.asset_files.glb import Viewpoint, World, read_objects, read_world
-from footprints_edge_models.asset_files.outlines import outlines_of
+from footprints_edge_models.asset_files.outlines import VEHICLES, outlines_of
 from footprints_edge_models.asset_files.pictures import (
     HELD_OUT_PANORAMAS,
     PictureFile,
     panorama_files,
     texture_files,
 )
+from footprints_edge_models.asset_files.simplify import simplified
 from footprints_edge_models.asset_files.sweet_home import SweetHomeCatalogue
 from footprints_edge_models.asset_files.world_plan import TakenGround, WorldPlan
 
-FORMAT = 1
+FORMAT = 2
+MOST_TRIANGLES = 4000
+"""Triangles of a model: enough for a thing that fills a third of a picture 448 pixels wide."""
+TEXTURE_PX = 256
+"""Longest side of a model's texture: scenes draw no larger ones."""
 HELD_OUT_WORLDS = frozenset({"classroom", "bookstore", "city-south"})
 HELD_OUT_EVERY = 8
 """One model and texture in eight is for the test split, chosen by its key."""
@@ -40,7 +53,7 @@ HELD_OUT_EVERY = 8
 INTERIOR, TOWN = "interior", "town"
 """Categories of worlds."""
 
-_JPEG_QUALITY = 92
+_JPEG_QUALITY = 90
 
 Kind: TypeAlias = Literal["model", "world", "texture", "panorama"]
 Split: TypeAlias = Literal["train", "test"]
@@ -95,13 +108,25 @@ class PackReport:
 
 
 def pack_assets(
-    folders: Sequence[Path], path: Path, progress: Callable[[str], None] = lambda _: None
+    folders: Sequence[Path],
+    path: Path,
+    progress: Callable[[str], None] = lambda _: None,
+    *,
+    most_triangles: int = MOST_TRIANGLES,
+    texture_px: int = TEXTURE_PX,
 ) -> PackReport:
     """Reads every asset below some folders and writes them into one file.
 
     Found are Sweet Home 3D catalogues (`*.sh3f`), folders of GLB objects with an `index.json`,
     worlds (`NAME.glb` with `NAME.cameras.json`), and folders of textures and panoramas with an
     `index.json`. An asset that cannot be used is left out; the report says why.
+
+    Args:
+        folders: Where to look.
+        path: The pack.
+        progress: Called with the key of every asset.
+        most_triangles: A model with more is simplified.
+        texture_px: Longest side of the models' textures; of the worlds', where less than theirs.
 
     Raises:
         AssetError: If a folder does not exist or nothing usable is found.
@@ -115,7 +140,7 @@ def pack_assets(
                 report.skipped.append(str(found))
                 continue
             try:
-                entry, name, data = _encoded(found)
+                entry, name, data = _encoded(found, most_triangles, texture_px)
             except AssetError as error:
                 report.skipped.append(str(error))
                 continue
@@ -180,14 +205,16 @@ def _indexed(path: Path) -> Iterator[Asset | PictureFile | AssetError]:
         yield AssetError(f"{path} is not an index of assets: {error!r}")
 
 
-def _encoded(found: Asset | World | PictureFile) -> tuple[PackEntry, str, bytes]:
+def _encoded(
+    found: Asset | World | PictureFile, most_triangles: int, texture_px: int
+) -> tuple[PackEntry, str, bytes]:
     if isinstance(found, PictureFile):
         entry = PackEntry(
             found.kind, found.key, found.name, found.category, (0.0, 0.0, 0.0), 0, found.credit
         )
         return entry, f"{found.kind}s/{found.key}.jpg", found.jpeg
-    triangles = sum(len(surface.triangles) for surface in found.surfaces)
     if isinstance(found, World):
+        triangles = sum(len(surface.triangles) for surface in found.surfaces)
         entry = PackEntry(
             "world",
             found.key,
@@ -205,10 +232,14 @@ def _encoded(found: Asset | World | PictureFile) -> tuple[PackEntry, str, bytes]
             "names": np.array([surface.name for surface in found.surfaces]),
             **_plan_arrays(found.plan),
         }
-        return entry, f"worlds/{found.key}.npz", _npz(found.surfaces, extra)
+        longest = texture_px if texture_px < TEXTURE_PX else LONGEST_TEXTURE_PX
+        return entry, f"worlds/{found.key}.npz", _npz(found.surfaces, longest, extra)
     if all(surface.alpha is not None for surface in found.surfaces):
         raise AssetError(f"{found.key}: all of it has holes, as leaves have")
+    if found.category in VEHICLES:
+        found = found.lengthwise()
     outlines = outlines_of(found.surfaces, found.category)
+    surfaces = simplified(found.surfaces, most_triangles)
     extra = {
         "outline_points": np.concatenate([np.zeros((0, 2)), *outlines]).astype(np.float32),
         "outline_lengths": np.array([len(outline) for outline in outlines], np.int32),
@@ -219,11 +250,11 @@ def _encoded(found: Asset | World | PictureFile) -> tuple[PackEntry, str, bytes]
         found.name,
         found.category,
         found.size_m,
-        triangles,
+        sum(len(surface.triangles) for surface in surfaces),
         found.credit,
         stands=bool(outlines),
     )
-    return entry, f"models/{found.key}.npz", _npz(found.surfaces, extra)
+    return entry, f"models/{found.key}.npz", _npz(surfaces, texture_px, extra)
 
 
 def _plan_arrays(plan: WorldPlan) -> dict[str, NDArray[Any]]:
@@ -249,31 +280,56 @@ def _plan(arrays: Any) -> WorldPlan:  # noqa: ANN401 - a file of numpy's
     )
 
 
-def _npz(surfaces: Sequence[Surface], extra: dict[str, NDArray[Any]]) -> bytes:
+def _npz(surfaces: Sequence[Surface], longest_px: int, extra: dict[str, NDArray[Any]]) -> bytes:
+    """The arrays of all surfaces, one after the other: few arrays are read faster than many."""
+    boxes, points, uv, textures = [], [], [], []
     arrays = dict(extra)
-    roles = []
-    seen: dict[bytes, int] = {}
-    for number, surface in enumerate(surfaces):
+    distinct: dict[bytes, int] = {}
+    for surface in surfaces:
         low = surface.points.min(axis=0)
         step = np.maximum(np.ptp(surface.points, axis=0), 1e-6) / 65535
-        arrays[f"points{number}"] = np.rint((surface.points - low) / step).astype(np.uint16)
-        arrays[f"box{number}"] = np.stack([low, step]).astype(np.float32)
-        small = len(surface.points) <= 65536
-        arrays[f"triangles{number}"] = surface.triangles.astype(np.uint16 if small else np.uint32)
-        arrays[f"rgb{number}"] = np.array(surface.rgb, np.uint8)
-        if surface.texture is not None:
-            arrays[f"uv{number}"] = surface.uv
-            jpeg = _jpeg(surface.texture)
-            # worlds repeat textures: the number of the surface that has the same one
-            first = seen.setdefault(jpeg.tobytes(), number)
-            arrays[f"texture{number}"] = jpeg if first == number else np.array(first)
-        if surface.alpha is not None:
-            arrays[f"alpha{number}"] = np.packbits(surface.alpha, axis=1)
-        roles.append(surface.role)
-    arrays["roles"] = np.array(roles)
+        points.append(np.rint((surface.points - low) / step).astype(np.uint16))
+        boxes.append((low, step))
+        if surface.texture is None:
+            textures.append(-1)
+            continue
+        uv.append(surface.uv)
+        alpha = surface.alpha
+        same = surface.texture.tobytes() + (b"" if alpha is None else alpha.tobytes())
+        if same not in distinct:
+            arrays |= _texture(len(distinct), surface.texture, alpha, longest_px)
+        textures.append(distinct.setdefault(same, len(distinct)))
+    triangles = [surface.triangles for surface in surfaces]
+    highest = max(map(len, points), default=0)
+    arrays |= {
+        "boxes": np.array(boxes, np.float32).reshape(-1, 2, 3),
+        "points": np.concatenate(points),
+        "point_counts": np.array([len(each) for each in points], np.int32),
+        "triangles": np.concatenate(triangles).astype(np.uint16 if highest <= 65536 else np.uint32),
+        "triangle_counts": np.array([len(each) for each in triangles], np.int32),
+        "uv": np.concatenate([np.zeros((0, 2), np.float32), *uv]),
+        "rgb": np.array([surface.rgb for surface in surfaces], np.uint8),
+        "textures": np.array(textures, np.int32),
+        "roles": np.array([surface.role for surface in surfaces]),
+    }
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
     return buffer.getvalue()
+
+
+def _texture(
+    number: int, texture: NDArray[np.uint8], alpha: NDArray[np.bool_] | None, longest_px: int
+) -> dict[str, NDArray[Any]]:
+    """One texture and its alpha as arrays of a pack, neither side longer than `longest_px`."""
+    height, width = texture.shape[:2]
+    size = (min(width, longest_px), min(height, longest_px))
+    if size != (width, height):
+        texture = np.asarray(cv2.resize(texture, size, interpolation=cv2.INTER_AREA), np.uint8)
+    arrays: dict[str, NDArray[Any]] = {f"texture{number}": _jpeg(texture)}
+    if alpha is not None:
+        opaque = cv2.resize(alpha.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0.5
+        arrays[f"alpha{number}"] = np.packbits(opaque, axis=1)
+    return arrays
 
 
 def _jpeg(texture: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -367,21 +423,35 @@ def _entry(facts: dict[str, Any]) -> PackEntry:
 
 
 def _surfaces(arrays: Any) -> Iterator[Surface]:  # noqa: ANN401 - a file of numpy's
-    textures: dict[int, NDArray[np.uint8]] = {}
-    for number, role in enumerate(arrays["roles"]):
-        low, step = arrays[f"box{number}"]
-        points = (arrays[f"points{number}"] * step + low).astype(np.float32)
-        textured = f"texture{number}" in arrays
-        texture = None
-        if textured:
-            jpeg = arrays[f"texture{number}"]
-            texture = textures[int(jpeg)] if jpeg.ndim == 0 else decode_jpeg(jpeg)
-            textures[number] = texture
-        uv = arrays[f"uv{number}"] if textured else np.zeros((len(points), 2), np.float32)
-        alpha = None
-        if texture is not None and f"alpha{number}" in arrays:
-            bits = np.unpackbits(arrays[f"alpha{number}"], axis=1)[:, : texture.shape[1]]
-            alpha = bits.astype(bool)
-        red, green, blue = (int(value) for value in arrays[f"rgb{number}"])
-        triangles = arrays[f"triangles{number}"].astype(np.int32)
-        yield Surface(points, triangles, uv, (red, green, blue), texture, alpha, str(role))
+    """The surfaces; those of one texture hold the same array."""
+    boxes, roles, rgb, textures = (arrays[name] for name in ("boxes", "roles", "rgb", "textures"))
+    points = np.split(arrays["points"], np.cumsum(arrays["point_counts"])[:-1])
+    triangles = np.split(
+        arrays["triangles"].astype(np.int32), np.cumsum(arrays["triangle_counts"])[:-1]
+    )
+    uv, used = arrays["uv"], 0
+    drawn = [_drawn(arrays, number) for number in range(int(textures.max(initial=-1)) + 1)]
+    for number, role in enumerate(roles):
+        low, step = boxes[number]
+        own_points = (points[number] * step + low).astype(np.float32)
+        own_uv = np.zeros((len(own_points), 2), np.float32)
+        texture = alpha = None
+        if textures[number] >= 0:
+            texture, alpha = drawn[textures[number]]
+            own_uv = uv[used : used + len(own_points)]
+            used += len(own_points)
+        red, green, blue = (int(value) for value in rgb[number])
+        yield Surface(
+            own_points, triangles[number], own_uv, (red, green, blue), texture, alpha, str(role)
+        )
+
+
+def _drawn(
+    arrays: Any,  # noqa: ANN401 - a file of numpy's
+    number: int,
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    texture = decode_jpeg(arrays[f"texture{number}"])
+    if f"alpha{number}" not in arrays:
+        return texture, None
+    bits = np.unpackbits(arrays[f"alpha{number}"], axis=1)[:, : texture.shape[1]]
+    return texture, bits.astype(bool)

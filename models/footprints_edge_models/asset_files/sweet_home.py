@@ -20,9 +20,9 @@ from footprints_edge_models.asset_files.meshes import surfaces_of
 
 TABLE = "PluginFurnitureCatalog.properties"
 
-MOST_MODEL_BYTES = 4_000_000
-MOST_TRIANGLES = 40_000
-"""Finer models cost more time than they show."""
+MOST_MODEL_BYTES = 16_000_000
+MOST_TRIANGLES = 160_000
+"""Finer models take longer to read and simplify than they are worth."""
 
 _ESCAPE = re.compile(r"\\u([0-9a-fA-F]{4})")
 

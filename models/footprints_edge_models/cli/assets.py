@@ -20,6 +20,15 @@ def assets(
         ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="The pack, a .zip file.")],
+    triangles: Annotated[
+        int, typer.Option(min=100, help="Models with more triangles are simplified to about these.")
+    ] = 4000,
+    texture_px: Annotated[
+        int,
+        typer.Option(
+            min=16, max=512, help="Longest side of the textures of models, and of worlds if < 256."
+        ),
+    ] = 256,
     quiet: Annotated[
         bool, typer.Option("-q", "--quiet", help="Do not list the assets that were skipped.")
     ] = False,
@@ -31,7 +40,13 @@ def assets(
         from footprints_edge_models.asset_files.pack import pack_assets
 
         with tqdm(unit="asset", disable=None) as bar:
-            report = pack_assets(folders, output, lambda _: bar.update())
+            report = pack_assets(
+                folders,
+                output,
+                lambda _: bar.update(),
+                most_triangles=triangles,
+                texture_px=texture_px,
+            )
         if not quiet:
             for reason in report.skipped:
                 complain(f"skipped: {reason}")

@@ -1,5 +1,7 @@
+import io
 import json
 import shutil
+import zipfile
 
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import trimesh
 from PIL import Image
 
 from footprints_edge_models.asset_files.asset import AssetError
+from footprints_edge_models.asset_files.glb import World
 from footprints_edge_models.asset_files.pack import AssetPack, pack_assets
 
 
@@ -133,3 +136,67 @@ def test_an_index_of_something_else_is_named(folder, tmp_path):
     (folder / "other/index.json").write_text('[{"hello": 1}]')
     report = pack_assets([folder], tmp_path / "assets.zip")
     assert any("lists neither objects" in reason for reason in report.skipped)
+
+
+def test_a_vehicle_is_packed_with_its_length_along_y(folder, tmp_path):
+    index = folder / "objects/street/index.json"
+    facts = json.loads(index.read_text())[0]
+    turned = facts | {"file": "taxi.glb", "size": [4.4, 1.5, 1.8]}
+    bench = facts | {"file": "bench.glb", "category": "prop", "size": [4.4, 1.5, 1.8]}
+    for name in ("taxi", "bench"):
+        glb(folder / f"objects/street/{name}.glb", (4.4, 1.5, 1.8))
+    index.write_text(json.dumps([facts, turned, bench]))
+    pack_assets([folder], tmp_path / "assets.zip")
+    pack = AssetPack(tmp_path / "assets.zip")
+    models = {e.key: e for e in pack.entries if e.kind == "model"}
+    for key, size_m in (("car", (1.8, 4.4)), ("taxi", (1.8, 4.4)), ("bench", (4.4, 1.8))):
+        entry = models[f"street/{key}"]
+        assert entry.size_m[:2] == size_m
+        asset = pack.model(entry)
+        (body,) = asset.surfaces
+        np.testing.assert_allclose(np.ptp(body.points, axis=0)[:2], size_m, atol=1e-3)
+        taken = np.concatenate(asset.outlines)
+        np.testing.assert_allclose(np.ptp(taken, axis=0), size_m, atol=0.05)
+
+
+def test_a_texture_that_surfaces_share_is_packed_once(folder, tmp_path):
+    rng = np.random.default_rng(0)
+    noise = Image.fromarray(rng.integers(0, 256, (128, 128, 3), np.uint8).repeat(2, axis=0))
+    scene = trimesh.Scene()
+    for number in range(5):
+        mesh = trimesh.creation.box((1, 1, 1))
+        mesh.apply_translation((2 * number, 0.5, 0))
+        uv = mesh.vertices[:, :2] + number
+        material = trimesh.visual.material.PBRMaterial(baseColorTexture=noise)
+        mesh.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+        scene.add_geometry(mesh, node_name=f"box{number}", geom_name=f"box{number}")
+    (folder / "worlds/hall.glb").write_bytes(scene.export(file_type="glb"))
+    pack_assets([folder], tmp_path / "assets.zip")
+    pack = AssetPack(tmp_path / "assets.zip")
+    (entry,) = [e for e in pack.entries if e.kind == "world"]
+    world = pack.world(entry)
+    assert isinstance(world, World) and len(world.surfaces) == 5
+    assert len({id(surface.texture) for surface in world.surfaces}) == 1
+    assert world.surfaces[0].texture.shape == (256, 128, 3)
+    middles = [surface.points[:, 0].mean() for surface in world.surfaces]
+    np.testing.assert_allclose(sorted(middles), (0, 2, 4, 6, 8), atol=1e-3)
+    for x, surface in zip(middles, world.surfaces, strict=True):  # each has its own part of the uv
+        assert surface.uv.mean() == pytest.approx((x + 0.5) / 2 + x / 2, abs=1e-3)
+    with zipfile.ZipFile(io.BytesIO((tmp_path / "assets.zip").read_bytes())) as archive:
+        (name,) = [name for name in archive.namelist() if name.startswith("worlds/")]
+        with np.load(io.BytesIO(archive.read(name))) as arrays:
+            assert [key for key in arrays if key.startswith("texture") and key[-1].isdigit()] == [
+                "texture0"
+            ]
+    small = tmp_path / "small.zip"
+    pack_assets([folder], small, texture_px=32)
+    assert AssetPack(small).world(entry).surfaces[0].texture.shape == (32, 32, 3)
+    assert small.stat().st_size < 0.3 * (tmp_path / "assets.zip").stat().st_size
+
+
+def test_a_pack_of_an_older_format_is_refused(folder, tmp_path):
+    pack_assets([folder], tmp_path / "assets.zip")
+    with zipfile.ZipFile(tmp_path / "old.zip", "w") as archive:
+        archive.writestr("index.json", json.dumps({"format": 1, "entries": []}))
+    with pytest.raises(AssetError, match=r"format 1.*pack the assets again"):
+        AssetPack(tmp_path / "old.zip")

@@ -6,7 +6,7 @@ where things stand and which way they look, stays as it is.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, wraps
 from pathlib import Path
 from typing import Concatenate, ParamSpec, cast
@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge_models.asset_files.asset import Asset, Surface
-from footprints_edge_models.asset_files.outlines import VEHICLES
 from footprints_edge_models.asset_files.pack import AssetPack, PackEntry
 from footprints_edge_models.scenes.assets.materials import Material, Palette
 from footprints_edge_models.scenes.assets.shapes import Shape
@@ -34,7 +33,7 @@ SAME_AGAIN = 0.6
 LARGEST_FACTOR = 1.6
 """A model is taken for a thing whose sides differ by less than this factor."""
 
-_MOST_LOADED = 200
+_MOST_LOADED = 400
 _SMOOTH = np.cos(np.radians(40))
 
 Params = ParamSpec("Params")
@@ -63,8 +62,12 @@ class ModelLibrary:
         return AssetPack(self.path)
 
     @cached_property
-    def _entries(self) -> list[PackEntry]:
-        return self._pack.of("model", self.split)
+    def _entries(self) -> dict[str, PackEntry]:
+        return {entry.key: entry for entry in self._pack.of("model", self.split)}
+
+    @cached_property
+    def _found(self) -> "dict[tuple[tuple[str, ...], bool], _Named]":
+        return {}
 
     def matching(
         self, words: Sequence[str], size_m: NDArray[np.floating], *, stands: bool
@@ -76,13 +79,21 @@ class ModelLibrary:
             size_m: The size.
             stands: Whether they take ground, or hang on a wall.
         """
-        return [
-            entry
-            for entry in self._entries
-            if entry.stands == stands
-            and any(word in f" {entry.name.lower()} " for word in words)
-            and np.abs(np.log(_upright_size(entry) / size_m)).max() < np.log(LARGEST_FACTOR)
-        ]
+        named = self._named(tuple(words), stands)
+        away = np.abs(np.log(named.sizes_m / size_m)).max(axis=1)
+        return [named.entries[k] for k in np.flatnonzero(away < np.log(LARGEST_FACTOR))]
+
+    def _named(self, words: tuple[str, ...], stands: bool) -> "_Named":
+        if (words, stands) not in self._found:
+            entries = [
+                entry
+                for entry in self._entries.values()
+                if entry.stands == stands
+                and any(word in f" {entry.name.lower()} " for word in words)
+            ]
+            sizes_m = np.array([entry.size_m for entry in entries]).reshape(-1, 3)
+            self._found[words, stands] = _Named(entries, np.maximum(sizes_m, 0.02))
+        return self._found[words, stands]
 
     def of_categories(self, *categories: str) -> list[PackEntry]:
         """Models of these categories that stand on the ground."""
@@ -98,12 +109,22 @@ class ModelLibrary:
         return self._load(key.kind.removeprefix("model:")).textures[key.number]
 
     def _load(self, key: str) -> "_Loaded":
-        if key not in self._loaded:
+        if key in self._loaded:
+            loaded = self._loaded.pop(key)
+        else:
             if len(self._loaded) >= _MOST_LOADED:
                 del self._loaded[next(iter(self._loaded))]
-            entry = next(entry for entry in self._entries if entry.key == key)
-            self._loaded[key] = _Loaded.from_asset(self._pack.model(entry))
-        return self._loaded[key]
+            loaded = _Loaded.from_asset(self._pack.model(self._entries[key]))
+        self._loaded[key] = loaded  # the least recently used is the first
+        return loaded
+
+
+@dataclass(frozen=True)
+class _Named:
+    """Models of some names, and their sizes (N, 3), as (width, depth, height)."""
+
+    entries: list[PackEntry]
+    sizes_m: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,31 +136,26 @@ class _Loaded:
 
     @classmethod
     def from_asset(cls, asset: Asset) -> "_Loaded":
-        """Vehicles are turned so that their length lies along y."""
-        if asset.category in VEHICLES and asset.size_m[0] > asset.size_m[1]:
-            asset = _turned(asset)
+        """A model of a pack."""
+        pictures = [surface.texture for surface in asset.surfaces]
+        distinct = {id(picture): picture for picture in pictures if picture is not None}
+        numbers = {key: number for number, key in enumerate(distinct)}
         textures = {
-            number: np.asarray(
-                cv2.resize(surface.texture, (SIDE_PX, SIDE_PX), interpolation=cv2.INTER_AREA),
-                np.uint8,
+            numbers[key]: np.asarray(
+                cv2.resize(picture, (SIDE_PX, SIDE_PX), interpolation=cv2.INTER_AREA), np.uint8
             )
-            for number, surface in enumerate(asset.surfaces)
-            if surface.texture is not None
+            for key, picture in distinct.items()
         }
         parts = tuple(
-            ThingPart(_shape(surface), np.eye(3, 4), _material(asset.key, number, surface))
+            ThingPart(
+                _shape(surface),
+                np.eye(3, 4),
+                _material(asset.key, number, surface, numbers.get(id(surface.texture), -1)),
+            )
             for number, surface in enumerate(asset.surfaces)
             if surface.alpha is None  # leaves with holes are left to the built trees
         )
         return cls(Thing(asset.name, parts, asset.outlines), textures)
-
-
-def _upright_size(entry: PackEntry) -> NDArray[np.float64]:
-    """(width, depth, height) as it will stand; see `_Loaded`."""
-    width, depth, height = entry.size_m
-    if entry.category in VEHICLES and width > depth:
-        width, depth = depth, width
-    return np.array([max(side, 0.02) for side in (width, depth, height)])
 
 
 def or_model(*words: str) -> Callable[[Maker[Params]], Maker[Params]]:
@@ -175,17 +191,6 @@ def _in_place_of(
     return library.thing(entry, thing.label)
 
 
-def _turned(asset: Asset) -> Asset:
-    """A quarter turn about z."""
-    width, depth, height = asset.size_m
-    surfaces = tuple(
-        replace(surface, points=surface.points[:, [1, 0, 2]] * np.array([-1, 1, 1], np.float32))
-        for surface in asset.surfaces
-    )
-    outlines = tuple(outline[:, [1, 0]] * (-1, 1) for outline in asset.outlines)
-    return replace(asset, size_m=(depth, width, height), surfaces=surfaces, outlines=outlines)
-
-
 def _shape(surface: Surface) -> Shape:
     uv = surface.uv[surface.triangles] * np.array([1, -1], np.float32)
     return Shape(
@@ -201,13 +206,12 @@ def smooth_normals(surface: Surface) -> NDArray[np.float32]:
     """Unit normals at the corners (T, 3, 3): smooth where faces meet at less than 40 degrees."""
     corners = surface.points[surface.triangles].astype(np.float64)
     flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    _, same = np.unique(
-        np.round(surface.points, 4), axis=0, return_inverse=True
-    )  # points on texture seams are several
+    # points on texture seams are several: those within a tenth of a millimetre are one
+    x, y, z = np.round((surface.points.T.astype(np.float64) + 100) * 1e4).astype(np.int64)
+    _, same = np.unique((x << 42) + (y << 21) + z, return_inverse=True)
     where = same.reshape(-1)[surface.triangles]
-    sums = np.zeros((int(same.max()) + 1, 3))
-    for corner in range(3):
-        np.add.at(sums, where[:, corner], flat)
+    weights = np.repeat(flat, 3, axis=0).T
+    sums = np.stack([np.bincount(where.ravel(), weight) for weight in weights], axis=1)
     smooth = _unit(sums)[where]
     face = _unit(flat)[:, None].repeat(3, axis=1)
     alike = (smooth * face).sum(axis=-1) > _SMOOTH
@@ -221,13 +225,13 @@ def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     return unit
 
 
-def _material(key: str, number: int, surface: Surface) -> Material:
+def _material(key: str, number: int, surface: Surface, texture: int) -> Material:
     """Its own texture, or its colour; a little gloss on some, by the model's name."""
     linear = (np.array(surface.rgb) / 255) ** 2.2
     gloss = (0.0, 0.0, 0.04, 0.1)[_hash(key, number) % 4]
     if surface.texture is not None:
         red, green, blue = (float(value) for value in linear)
-        return Material(TextureKey(f"model:{key}", number), 1.0, (red, green, blue), gloss)
+        return Material(TextureKey(f"model:{key}", texture), 1.0, (red, green, blue), gloss)
     red, green, blue = (float(value) for value in linear / 0.8**2.2)  # of the blank's grey
     return Material(TextureKey("blank", 2), 1.0, (red, green, blue), gloss)
 

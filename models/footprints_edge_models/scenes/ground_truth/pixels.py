@@ -48,12 +48,10 @@ def trace_ground_truth(
     depth_m = np.where(is_seen, seen.distance, 0).astype(np.float32)
     # visible ground is the first hit with the ground, too: only the other rays are traced
     rest = np.flatnonzero(~is_seen)
-    is_ground = geometry.thing < 0
-    ground = Triangles(geometry.points[geometry.triangles[is_ground]])
-    found = ground.first_hits(origins[rest], np.take(directions.T, rest, axis=1).T)
+    found = geometry.ground_alone.first_hits(origins[rest], np.take(directions.T, rest, axis=1).T)
     found_any = found.triangle >= 0
     if geometry.storeys:
-        number = np.flatnonzero(is_ground)[found.triangle]
+        number = np.flatnonzero(geometry.thing < 0)[found.triangle]
         found_any &= geometry.thing[number] == GROUND  # not the side of a kerb
         found_any &= _from_above(directions[rest], geometry.normals[number, 0])
     depth_m[rest] = np.where(found_any, found.distance, 0)
@@ -72,8 +70,9 @@ def trace_ground_truth(
     taken[grounded] = outlines.blocked(below.T, up, far)
     hidden = np.flatnonzero(met & ~is_seen)
     behind_wall = np.zeros_like(met)
-    walls = Triangles(geometry.points[geometry.triangles[geometry.is_wall]])
-    behind_wall[hidden] = walls.blocked(origins[hidden], directions[hidden], depth_m[hidden] - 1e-3)
+    behind_wall[hidden] = geometry.walls_alone.blocked(
+        origins[hidden], directions[hidden], depth_m[hidden] - 1e-3
+    )
     bits = np.zeros(met.shape, np.uint8)
     bits[is_seen & ~taken] |= VISIBLE_GROUND
     bits[met & ~taken] |= GROUND_ANYWHERE

@@ -1,6 +1,7 @@
 """A scene as triangles."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from footprints_edge_models.scenes.assets.materials import Material
 from footprints_edge_models.scenes.assets.things import Thing, ThingPart, composed
 from footprints_edge_models.scenes.layout.scene import Scene
-from footprints_edge_models.scenes.rendering.raycast import Holes
+from footprints_edge_models.scenes.rendering.raycast import Holes, Triangles
 
 GROUND = -1
 """The index in ``thing`` of walkable ground."""
@@ -60,6 +61,26 @@ class Geometry:
     def corners(self) -> NDArray[np.float32]:
         """Float32 (T, 3, 3)."""
         return self.points[self.triangles]
+
+    @cached_property
+    def ground_alone(self) -> Triangles:
+        """Ray tracer of the walkable ground, the sides of kerbs included."""
+        return Triangles(self.points[self.triangles[self.thing < 0]])
+
+    @cached_property
+    def walls_alone(self) -> Triangles:
+        """Ray tracer of the walls."""
+        return Triangles(self.points[self.triangles[self.is_wall]])
+
+    @cached_property
+    def normal_planes(self) -> NDArray[np.float32]:
+        """The normals as (corner, xyz, triangle): numpy is slow at axes of three that come last."""
+        return np.ascontiguousarray(self.normals.transpose(1, 2, 0))
+
+    @cached_property
+    def uv_planes(self) -> NDArray[np.float32]:
+        """``uv`` as (corner, uv, triangle)."""
+        return np.ascontiguousarray(self.uv.transpose(1, 2, 0))
 
 
 def geometry_of(scene: Scene) -> Geometry:
@@ -187,7 +208,7 @@ def _uv(
     numbers: NDArray[np.int32],
     of_part: NDArray[np.int64],
 ) -> NDArray[np.float32]:
-    """Metres along the faces of parts, (T, 3, 2), shifted from part to part.
+    """Metres along the faces of parts, (T, 3, 2), shifted from part to part; of models, their own.
 
     Args:
         parts: M of them.
@@ -195,6 +216,26 @@ def _uv(
         numbers: (M,), their own.
         of_part: (T,), which part each triangle is of.
     """
+    own = np.array([part.shape.uv is not None for part in parts])
+    if not own.any():
+        return _planar_uv(parts, turns, numbers, of_part)
+    uv = np.empty((len(of_part), 3, 2), np.float32)
+    whose = own[of_part]
+    uv[whose] = np.concatenate([part.shape.uv for part in parts if part.shape.uv is not None])
+    if len(others := np.flatnonzero(~own)):
+        rest = of_part[~whose]
+        among = np.searchsorted(others, rest)
+        uv[~whose] = _planar_uv([parts[k] for k in others], turns[others], numbers[others], among)
+    return uv
+
+
+def _planar_uv(
+    parts: list[ThingPart],
+    turns: NDArray[np.float32],
+    numbers: NDArray[np.int32],
+    of_part: NDArray[np.int64],
+) -> NDArray[np.float32]:
+    """:func:`_uv` of parts without a texture of their own."""
     size = np.linalg.norm(turns, axis=1)  # metres per unit along the template's axes
     extent = size * np.array([part.shape.size for part in parts])
     grained = np.array([part.material.texture.kind in GRAINED for part in parts])
@@ -210,12 +251,6 @@ def _uv(
     uv = np.empty((len(corners), 3, 2), np.float32)
     uv[..., 0] = np.where(swap, second, first) + shift[of_part, None]
     uv[..., 1] = np.where(swap, first, second) + shift[of_part, None] * 0.7
-    start = 0
-    for part in parts:
-        end = start + len(part.shape.corners)
-        if part.shape.uv is not None:
-            uv[start:end] = part.shape.uv
-        start = end
     return uv
 
 

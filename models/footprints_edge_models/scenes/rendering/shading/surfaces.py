@@ -81,7 +81,7 @@ def surface_at(
     distance = np.where(met, hits.distance, np.float32(1))
     u, v = hits.u, hits.v
     weights = (1 - u - v, u, v)
-    normals = _blended(geometry.normals, triangle, weights)
+    normals = _blended(geometry.normal_planes, triangle, weights)
     normals /= np.maximum(np.sqrt(dot(normals, normals)), 1e-9)
     facing = dot(normals, directions)
     normals *= np.where(facing > 0, np.float32(-1), np.float32(1))
@@ -89,7 +89,7 @@ def surface_at(
     tile_m = materials.tile_m[material]
     row = materials.row[material]
     side_px = materials.atlas.side[row].astype(np.float32)
-    uv = _blended(geometry.uv, triangle, weights) / tile_m
+    uv = _blended(geometry.uv_planes, triangle, weights) / tile_m
     spread = distance * pixel_m / np.sqrt(np.maximum(np.abs(facing), 0.02)) * side_px / tile_m
     level = np.clip(np.log2(np.maximum(spread, 1)), 0, LEVELS - 1).astype(np.int32)
     albedo = materials.atlas.sample(row, uv, level)
@@ -99,10 +99,9 @@ def surface_at(
 
 
 def _blended(
-    at_corners: Floats32, triangle: NDArray[np.int32], weights: tuple[Floats32, ...]
+    planes: Floats32, triangle: NDArray[np.int32], weights: tuple[Floats32, ...]
 ) -> Floats32:
-    """Interpolates values at the corners of triangles, (T, 3, C), to points in them, (C, N)."""
-    planes = np.ascontiguousarray(at_corners.transpose(1, 2, 0))
+    """Interpolates values at the corners of triangles, (3, C, T), to points in them, (C, N)."""
     first, second, third = (
         np.take(plane, triangle, axis=1) * weight
         for plane, weight in zip(planes, weights, strict=True)
