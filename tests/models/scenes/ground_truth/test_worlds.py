@@ -30,6 +30,7 @@ pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"no worlds in {FOLD
 PICTURES = int(os.environ.get("WORLD_PICTURES", "3"))
 QUICK = ("living-room-3", "dining-room", "tmc-home")
 CELL_M, REACH_M = 0.02, 6.0
+"""Of the map indoors; it is twice as wide outdoors, with as many cells."""
 NEAR_EDGE = 2
 """Cells beside an edge of the map are not judged: outlines are drawn in cells of 2 cm, too."""
 VEHICLES = {"car", "bus", "van", "truck"}
@@ -83,7 +84,9 @@ def compared(world, number):
     points = origins[met] + directions[met] * truth.ground_depth_m.ravel()[met, None]
     level = scene_level(scene, camera)
     taken, known = map_from_above(scene, geometry, camera, level, outdoors=world.outdoors)
-    cells = np.floor((points[:, :2] - camera.position_m[:2] + REACH_M) / CELL_M).astype(int)
+    scale = 2 if world.outdoors else 1
+    way = (points[:, :2] - camera.position_m[:2]) / scale
+    cells = np.floor((way + REACH_M) / CELL_M).astype(int)
     size = len(taken)
     inside = ((cells >= 0) & (cells < size)).all(axis=1) & (np.abs(points[:, 2] - level) < 0.4)
     x, y = cells[inside].T
@@ -105,8 +108,10 @@ def map_from_above(scene, geometry, camera, level, *, outdoors):
     """Which cells around the camera are taken, and which are sure, bool (S, S) both."""
     things = geometry.thing
     upright = Triangles(geometry.corners[things >= 0])
-    size = round(2 * REACH_M / CELL_M)
-    offsets = (np.arange(size) + 0.5) * CELL_M - REACH_M
+    scale = 2 if outdoors else 1
+    cell_m, reach_m = scale * CELL_M, scale * REACH_M
+    size = round(2 * reach_m / cell_m)
+    offsets = (np.arange(size) + 0.5) * cell_m - reach_m
     grid_x, grid_y = np.meshgrid(offsets + camera.position_m[0], offsets + camera.position_m[1])
     at = np.column_stack([grid_x.ravel(), grid_y.ravel()])
     floor_m = floors_under(geometry, at, level)
@@ -122,16 +127,16 @@ def map_from_above(scene, geometry, camera, level, *, outdoors):
     for height in (0.03, 0.1, 0.2, 0.3):
         for way in ((1, 0, 0), (0, 1, 0)):
             start = np.column_stack([at, floor_m + height]).astype(np.float32)
-            start -= np.array(way, np.float32) * CELL_M / 2
+            start -= np.array(way, np.float32) * cell_m / 2
             ways = np.repeat(np.array([way], np.float32), len(at), axis=0)
-            taken |= upright.blocked(start, ways, np.full(len(at), CELL_M, np.float32))
+            taken |= upright.blocked(start, ways, np.full(len(at), cell_m, np.float32))
     bodies = [k for k, thing in enumerate(scene.things) if thing.label in VEHICLES]
     if bodies:
         body = Triangles(geometry.corners[np.isin(things, bodies)])
         taken |= from_height(body, 0.9, 0.02)
     taken = taken.reshape(size, size)
     patches, count = ndimage.label(~taken)
-    area_m2 = ndimage.sum_labels(np.ones_like(patches), patches, np.arange(count + 1)) * CELL_M**2
+    area_m2 = ndimage.sum_labels(np.ones_like(patches), patches, np.arange(count + 1)) * cell_m**2
     edge = np.unique(np.concatenate([patches[[0, -1]].ravel(), patches[:, [0, -1]].ravel()]))
     enclosed = area_m2 < 0.8
     if outdoors:
