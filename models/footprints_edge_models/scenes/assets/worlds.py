@@ -4,6 +4,7 @@ Faces of floors that look up are walkable; their sides are kerbs, which are not.
 a robot on wheels does not walk their steps.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -21,13 +22,18 @@ from footprints_edge_models.scenes.assets.shapes import Shape
 from footprints_edge_models.scenes.assets.textures.library import SceneSplit, TextureKey
 from footprints_edge_models.scenes.assets.textures.noise import SIDE_PX
 from footprints_edge_models.scenes.assets.things import Thing, ThingPart
+from footprints_edge_models.scenes.rendering.raycast import Triangles
 
 WALKABLE = 0.7
 """A face of a floor is walkable if its unit normal's z is larger."""
+KERB_M = 0.03
+"""A side of a floor that is lower, such as a rug's, is walkable, too."""
 
 MOST_LOADED = 14
 """Worlds that a process keeps in memory; each takes about 25 MB."""
 _STANDS_WITHIN_M = 0.03
+_SMALL_M, _NEAR_M = 0.4, np.float32(0.06)
+_ASIDE = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
 _MOVABLE_M = {False: (2.3, 2.3), True: (7.5, 12.0)}
 """Greatest length and height of what can be moved away; by whether it is outdoors."""
 _LABELS = (
@@ -182,10 +188,14 @@ def loaded(world: World) -> LoadedWorld:
             continue
         members.setdefault(owner, []).append(_part(surface, material))
         names.setdefault(owner, surface)
+    afloat = _floating(world, members)
     outlines: dict[tuple[int, float], list[NDArray[np.float64]]] = {}
     for each in world.plan.taken:
-        outlines.setdefault((each.thing, each.level_m), []).append(each.outline)
+        if each.thing not in afloat:
+            outlines.setdefault((each.thing, each.level_m), []).append(each.outline)
     for owner, parts in members.items():
+        if owner in afloat:
+            continue
         levels = [level for thing, level in outlines if thing == owner]
         level = levels[0] if levels else 0.0
         thing = Thing(
@@ -215,6 +225,27 @@ def loaded(world: World) -> LoadedWorld:
     )
 
 
+def _floating(world: World, owners: Iterable[int]) -> set[int]:
+    """Small things that touch nothing: what was in glasses that the world's file leaves out."""
+    corners = [surface.points[surface.triangles] for surface in world.surfaces]
+    owner_of = np.repeat(np.array(world.plan.thing_of), [len(each) for each in corners])
+    tracer = Triangles(np.concatenate(corners))
+    found = set()
+    for owner in owners:
+        own = np.concatenate([corners[k] for k, o in enumerate(world.plan.thing_of) if o == owner])
+        points = own.reshape(-1, 3)
+        if np.ptp(points, axis=0).max() > _SMALL_M:
+            continue
+        points = points[:: max(1, len(points) // 120)]
+        ways = np.repeat(_ASIDE, len(points), axis=0)
+        starts = np.tile(points, (len(_ASIDE), 1)) - ways * _NEAR_M / 4
+        hits = tracer.first_hits(starts, ways)
+        near = (hits.triangle >= 0) & (hits.distance < _NEAR_M)
+        if not (near & (owner_of[hits.triangle] != owner)).any():
+            found.add(owner)
+    return found
+
+
 def _texture_numbers(surfaces: tuple[Surface, ...]) -> list[int]:
     """A number for each surface's texture, the same for the same one; -1 without one."""
     known: dict[int, int] = {}
@@ -235,11 +266,13 @@ def _square(surface: Surface) -> NDArray[np.uint8]:
 
 
 def _split(surface: Surface) -> tuple[Surface | None, Surface | None]:
-    """The faces of a floor that look up, and those that look aside; undersides are left out."""
+    """The walkable faces of a floor, and its kerbs; undersides are left out."""
     corners = surface.points[surface.triangles].astype(np.float64)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     rise = across[:, 2] / np.maximum(np.linalg.norm(across, axis=1), 1e-12)
-    return _some(surface, rise > WALKABLE), _some(surface, np.abs(rise) <= WALKABLE)
+    low = np.ptp(corners[..., 2], axis=1) < KERB_M
+    top = (rise > WALKABLE) | ((np.abs(rise) <= WALKABLE) & low)
+    return _some(surface, top), _some(surface, ~top & (rise >= -WALKABLE))
 
 
 def _some(surface: Surface, which: NDArray[np.bool_]) -> Surface | None:
@@ -288,6 +321,8 @@ def _material(key: str, surface: Surface, number: int) -> Material:
     """Its own texture, whose repeats are as long as they are on the surface, or its colour."""
     linear = (np.array(surface.rgb) / 255) ** 2.2
     gloss = (0.0, 0.0, 0.04, 0.1)[sum(surface.name.encode()) % 4]
+    if surface.role == "floor":
+        gloss = 0.0  # drawn for each scene
     if number >= 0:
         red, green, blue = (float(value) for value in linear)
         texture = TextureKey(f"world:{key}", number)

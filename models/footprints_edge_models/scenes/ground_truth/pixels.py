@@ -84,5 +84,6 @@ def trace_ground_truth(
 
 
 def _from_above(directions: NDArray[np.float32], normals: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Whether rays (N, 3) come from the side that normals (N, 3) point to."""
-    return np.asarray(np.einsum("ij,ij->i", directions, normals) < 0)
+    """Whether rays (N, 3) meet ground from above; low edges of floors have normals (N, 3) aside."""
+    aside = np.abs(normals[:, 2]) < 0.7
+    return np.asarray((np.einsum("ij,ij->i", directions, normals) < 0) | aside)

@@ -291,10 +291,20 @@ def _ground(scene: Scene, materials: dict[Material, int]) -> _Piece:
 
 
 def _outlines(scene: Scene) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    triangles, owners = [], []
+    """The footprints as triangles, fans of each outline, and the thing of each triangle."""
+    rings, owners = [], []
     for index, thing in enumerate(scene.things):
-        for outline in thing.footprints():
-            ring = np.column_stack([outline, np.full(len(outline), thing.level_m)])
-            triangles += [(ring[0], ring[k], ring[k + 1]) for k in range(1, len(ring) - 1)]
-            owners += [index] * (len(ring) - 2)
-    return np.array(triangles, np.float32).reshape(-1, 3, 3), np.array(owners, np.int32)
+        found = thing.footprints()
+        rings += found
+        owners += [index] * len(found)
+    if not rings:
+        return np.zeros((0, 3, 3), np.float32), np.zeros(0, np.int32)
+    lengths = np.array([len(ring) for ring in rings])
+    first = np.repeat(np.cumsum(lengths) - lengths, lengths - 2)
+    step = np.arange(len(first)) - np.repeat(np.cumsum(lengths - 2) - (lengths - 2), lengths - 2)
+    corners = np.stack([first, first + step + 1, first + step + 2], axis=1)
+    owner = np.repeat(np.array(owners, np.int32), lengths - 2)
+    triangles = np.empty((len(first), 3, 3), np.float32)
+    triangles[..., :2] = np.concatenate(rings)[corners]
+    triangles[..., 2] = np.array([thing.level_m for thing in scene.things])[owner, None]
+    return triangles, owner

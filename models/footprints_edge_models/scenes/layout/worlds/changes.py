@@ -73,14 +73,15 @@ def resurfaced(floor: WorldFloor, material: Material | None) -> ThingPart:
     """A floor as a part, with another material if there is one."""
     if material is None:
         return floor.part
-    return ThingPart(floor.bare, floor.part.matrix, material)
+    own = material.texture == floor.part.material.texture
+    return ThingPart(floor.part.shape if own else floor.bare, floor.part.matrix, material)
 
 
 def floor_materials(palette: Palette, world: LoadedWorld) -> list[Material | None]:
     """Other materials for some floors; None keeps a floor's own."""
     rng = palette.rng
     if rng.random() < 0.5:
-        return [None] * len(world.floors)
+        return _polished(palette, world)
     if not world.outdoors:
         common = palette.floor()
         return [
@@ -92,6 +93,21 @@ def floor_materials(palette: Palette, world: LoadedWorld) -> list[Material | Non
     )
     return [
         road if is_road(floor.name) else green if _is_green(floor.name) else pavement
+        for floor in world.floors
+    ]
+
+
+def _polished(palette: Palette, world: LoadedWorld) -> list[Material | None]:
+    """The floors' own materials: indoors glossy at times, roads wet at times."""
+    rng = palette.rng
+    gloss = (
+        float(rng.uniform(0.03, 0.3)) if rng.random() < (0.15 if world.outdoors else 0.45) else 0
+    )
+    sharpness = float(rng.random())
+    return [
+        replace(floor.part.material, gloss=gloss, sharpness=sharpness)
+        if gloss and (is_road(floor.name) or not world.outdoors)
+        else None
         for floor in world.floors
     ]
 
