@@ -31,7 +31,7 @@ class Look:
 
 
 PLAIN = Look(1.1, False, photograph)
-PHOTO = Look(1.5, True, take_photo)
+PHOTO = Look(1.25, True, take_photo)
 
 
 def look_of(library: TextureLibrary) -> Look:

@@ -37,8 +37,8 @@ def _through_lens(light: Light, rng: Rng) -> Light:
     dice = rng.random()
     if dice < 0.12:
         light = _shaken(light, rng)
-    elif dice < 0.35:
-        light = cv2.GaussianBlur(light, (0, 0), float(rng.uniform(0.3, 0.9)))
+    elif dice < 0.3:
+        light = cv2.GaussianBlur(light, (0, 0), float(rng.uniform(0.3, 0.8)))
     if rng.random() < 0.3:
         step = float(rng.uniform(0.2, 0.9)) / (width / 2)  # at the edge of the picture
         planes = [np.ascontiguousarray(light[..., k]) for k in range(3)]
@@ -126,9 +126,9 @@ def _developed(light: Light, rng: Rng) -> Light:
         light = light * np.exp(strength * (np.log(0.14) - around))[..., None]
     white = float(rng.uniform(1.0, 2.2))
     light = light * (1 + light / white**2) / (1 + light) * (1.25 + 0.25 / white)
-    black = float(rng.uniform(0, 0.01)) if rng.random() < 0.7 else 0.0
+    black = float(rng.uniform(0, 0.016)) if rng.random() < 0.8 else 0.0
     tone = np.clip(light - black, 0, 1) ** np.float32(1 / 2.2)
-    curve = float(np.clip(rng.normal(0.75, 0.3), 0.0, 1.4))
+    curve = float(np.clip(rng.normal(0.95, 0.3), 0.1, 1.6))
     tone = tone + curve * (tone - 0.45) * tone * (1 - tone) * 1.6
     saturation = float(np.clip(rng.normal(1.0, 0.15), 0.6, 1.4))
     grey = (tone @ vector([0.3, 0.59, 0.11]))[..., None]
@@ -147,7 +147,7 @@ def _denoised(tone: Light, rng: Rng) -> Light:
 
 def _sharpened(tone: Light, rng: Rng) -> Light:
     """Unsharp masking, with its halo."""
-    if rng.random() > 0.8:
+    if rng.random() > 0.9:
         return tone
     soft = cv2.GaussianBlur(tone, (0, 0), float(rng.uniform(0.6, 1.3)))
-    return np.asarray(tone + (tone - soft) * float(rng.uniform(0.15, 0.9)))
+    return np.asarray(tone + (tone - soft) * float(rng.uniform(0.3, 1.3)))

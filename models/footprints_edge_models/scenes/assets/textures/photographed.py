@@ -51,9 +51,17 @@ PAINTED = frozenset({"plaster", "wallpaper", "paint"})
 """Classes whose photograph gives the relief, not the colour."""
 GRAINED = frozenset({"wood", "woodfloor", "planks", "woodsiding"})
 """Classes that are turned so that their grain runs along x, as that of procedural ones does."""
-_DULL_ABOVE = {"asphalt": 0.08, "concrete": 0.12, "gravel": 0.18, "pavingstones": 0.22}
+_DULL_ABOVE = {
+    "asphalt": 0.08,
+    "concrete": 0.12,
+    "gravel": 0.18,
+    "pavingstones": 0.22,
+    "grass": 0.6,
+}
 """Textures of a higher mean saturation are paler than photographed: few roads are so loud."""
 _OTHERS_DULL_ABOVE = 0.3
+_CLOSE = frozenset({"forest"})
+"""Panoramas of what stands close around the camera: no background of a wide place."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +106,11 @@ class PackPictures:
     def panoramas(self) -> tuple[str, ...]:
         """Keys of the panoramas taken in the open."""
         entries = self._pack.of("panorama", self.split)
-        return tuple(entry.key for entry in entries if entry.category in {"outdoor", "sky"})
+        return tuple(
+            entry.key
+            for entry in entries
+            if entry.category in {"outdoor", "sky"} and entry.key not in _CLOSE
+        )
 
     def in_place_of(self, kind: str, number: int) -> tuple[str, int] | None:
         """A texture for a procedural kind: its key and its variant; None to keep that one.
@@ -200,10 +212,11 @@ def _varied(
     tile: NDArray[np.float32], category: str, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
     mean = tile.mean(axis=(0, 1))
-    contrast = float(rng.uniform(0.5, 1.2))
+    contrast = float(rng.uniform(0.7, 1.4))
     grey = tile.mean(axis=2, keepdims=True)
     if category in PAINTED:
-        tile = plaster_colour(rng) * (1 + (grey / grey.mean() - 1) * contrast)
+        relief = (grey / grey.mean() - 1) * contrast * float(rng.choice([0.12, 0.3, 0.7]))
+        tile = plaster_colour(rng) * (1 + relief)
     else:
         loud = float((tile.max(axis=2) - tile.min(axis=2)).mean() / max(float(mean.max()), 0.05))
         dull = _DULL_ABOVE.get(category, _OTHERS_DULL_ABOVE)
