@@ -9,6 +9,7 @@ from footprints_edge_models.cli.ablations import ablations
 from footprints_edge_models.cli.assets import assets
 from footprints_edge_models.cli.calibrate import calibrate
 from footprints_edge_models.cli.labels import labels
+from footprints_edge_models.cli.pack import pack
 from footprints_edge_models.cli.scenes import scenes
 from footprints_edge_models.cli.train import edge, reference
 
@@ -27,7 +28,7 @@ def _root() -> None:
     """Train the networks of footprints-edge."""
 
 
-for command in (edge, reference, ablations, calibrate, labels, scenes, assets):
+for command in (edge, reference, ablations, calibrate, pack, labels, scenes, assets):
     app.command()(command)
 
 
