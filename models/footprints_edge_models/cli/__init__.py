@@ -9,6 +9,7 @@ from footprints_edge_models.cli.ablations import ablations
 from footprints_edge_models.cli.assets import assets
 from footprints_edge_models.cli.calibrate import calibrate
 from footprints_edge_models.cli.labels import labels
+from footprints_edge_models.cli.pack import pack
 from footprints_edge_models.cli.panoramas import panoramas
 from footprints_edge_models.cli.scenes import scenes
 from footprints_edge_models.cli.train import edge, reference
@@ -28,7 +29,7 @@ def _root() -> None:
     """Train the networks of footprints-edge."""
 
 
-for command in (edge, reference, ablations, calibrate, labels, scenes, assets, panoramas):
+for command in (edge, reference, ablations, calibrate, pack, labels, scenes, assets, panoramas):
     app.command()(command)
 
 

@@ -13,6 +13,7 @@ from footprints_edge_models.cli.options import (
     Init,
     Schedule,
     Seed,
+    datasets_of,
     device_of,
     recipe_of,
 )
@@ -34,12 +35,11 @@ def ablations(
     with explained("train"):
         from tqdm import tqdm
 
-        from footprints_edge_models.data.mixture import load_datasets
         from footprints_edge_models.training.ablations import ABLATIONS, train_ablations
 
         where = device_of(device)
         recipe = recipe_of(schedule, batch, seed, init)
-        datasets = load_datasets(data)
+        datasets = datasets_of(data)
         with tqdm(total=len(ABLATIONS) * recipe.steps, unit="step", disable=None) as bar:
 
             def progress(name: str, now: "Progress") -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from footprints_edge.cli.exit_codes import complain, explained
-from footprints_edge_models.cli.options import Data, size_of
+from footprints_edge_models.cli.options import Data, datasets_of, size_of
 
 
 class NetworkName(StrEnum):
@@ -29,7 +29,6 @@ def calibrate(
     Prints a line per mask. Both go into the last convolution: the network stays as large and fast.
     """
     with explained("train"):
-        from footprints_edge_models.data.mixture import load_datasets
         from footprints_edge_models.networks.checkpoint import (
             load_weights,
             read_checkpoint,
@@ -44,7 +43,7 @@ def calibrate(
         spec = NETWORKS[arch]
         network = spec.build().eval()
         load_weights(network, checkpoint, str(weights))
-        datasets = load_datasets(data)
+        datasets = datasets_of(data)
         samples = [s for dataset in datasets.values() for s in spread(dataset.held_out)]
         found = calibrated(network, samples, size_of(size))
         save_weights(network, stated_focal_px(checkpoint, str(weights)) or spec.focal_px, output)

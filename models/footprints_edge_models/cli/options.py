@@ -9,9 +9,12 @@ import typer
 if TYPE_CHECKING:
     import torch
 
+    from footprints_edge_models.data.mixture import TrainingDataset
     from footprints_edge_models.training.recipe import Recipe
 
-Data = Annotated[Path, typer.Argument(help="Folder of the datasets (see docs/data.md).")]
+Data = Annotated[
+    Path, typer.Argument(help="Folder of the datasets (see docs/data.md), or a packed one.")
+]
 Schedule = Annotated[
     list[str],
     typer.Option(metavar="HxW:STEPS", help="Image size and number of steps; repeat for stages."),
@@ -42,6 +45,14 @@ def recipe_of(
     stages = tuple(ScheduleStage.parse(text) for text in schedule)
     weights = None if init is None else str(init)
     return Recipe(stages, batch=batch, seed=seed, init=weights, **more)
+
+
+def datasets_of(data: Path) -> "dict[str, TrainingDataset]":
+    """The datasets of a folder, packed or not."""
+    from footprints_edge_models.data.mixture import load_datasets
+    from footprints_edge_models.data.packed import is_packed, load_packed
+
+    return load_packed(data) if is_packed(data) else load_datasets(data)
 
 
 def device_of(name: str) -> "torch.device":

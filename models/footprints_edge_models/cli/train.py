@@ -15,6 +15,7 @@ from footprints_edge_models.cli.options import (
     Init,
     Schedule,
     Seed,
+    datasets_of,
     device_of,
     recipe_of,
 )
@@ -158,13 +159,12 @@ def _train(data: Path, recipe: "Recipe", run: Path, device: str, workers: int | 
     """Trains behind a progress bar; the path of the weights."""
     from tqdm import tqdm
 
-    from footprints_edge_models.data.mixture import load_datasets
     from footprints_edge_models.training.trainer import train
 
     where = device_of(device)
     if workers is None:  # a GPU is faster than two threads
         workers = 0 if where.type == "cpu" else len(os.sched_getaffinity(0))
-    datasets = load_datasets(data)
+    datasets = datasets_of(data)
     is_first = os.environ.get("RANK", "0") == "0"  # torchrun starts others as well
     with tqdm(bar_format="{desc}", disable=None if is_first else True) as bar:
 

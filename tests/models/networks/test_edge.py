@@ -12,6 +12,7 @@ from footprints_edge_models.networks.channels import disparity_to_depth_m
 from footprints_edge_models.networks.edge import (
     FOCAL_PX,
     EdgeNetwork,
+    UpStage,
     former_focal_px,
     pretrained_edge_network,
 )
@@ -126,6 +127,21 @@ def test_runs_begun_by_earlier_versions_took_a_smaller_picture_for_one_of_the_sa
     assert former_focal_px((256, 448)) == pytest.approx(FOCAL_PX)
     assert former_focal_px((448, 256)) == pytest.approx(FOCAL_PX)
     assert former_focal_px((128, 224)) == pytest.approx(FOCAL_PX / 2)
+
+
+def test_a_stage_learns_as_what_it_gives():
+    """Upsampling within a transposed convolution: the same outputs and gradients."""
+    torch.manual_seed(0)
+    stage = UpStage(6, 5, 4).double()
+    stage.conv[1].eval()
+    x, skip = torch.randn(2, 6, 4, 6).double(), torch.randn(2, 5, 8, 12).double()
+    found = []
+    for stage.training in (False, True):
+        stage.zero_grad()
+        out = stage(x, skip)
+        out.square().sum().backward()
+        found.append((out, stage.conv[0].weight.grad.clone()))
+    torch.testing.assert_close(found[0], found[1])
 
 
 def test_frozen_norms_in_the_filters_are_the_same_network():
