@@ -36,7 +36,8 @@ def labels(
     sequence: Annotated[
         Path,
         typer.Argument(
-            help="Folder with sequence.json or image_l/, drive of KITTI raw, or Matterport3D scan."
+            help="Folder with sequence.json or image_l/, TUM RGB-D clip, ScanNet scan, recording "
+            "of Stray Scanner, COLMAP reconstruction, drive of KITTI raw, or Matterport3D scan."
         ),
     ],
     output: Annotated[
@@ -46,12 +47,13 @@ def labels(
         ),
     ],
     ground: Annotated[
-        GroundOrigin,
+        GroundOrigin | None,
         typer.Option(
             help="Source of visible ground: label files, the floor in the depth, a segmenter, "
-            "or a model of this package."
+            "or a model of this package. Default: the first that the sequence has of label files, "
+            "measured depth, and a model."
         ),
-    ] = GroundOrigin.GIVEN,
+    ] = None,
     source: Annotated[
         str | None,
         typer.Option(help="The teacher's .tflite file, or the model's file or name."),
@@ -89,9 +91,11 @@ def labels(
         from footprints_edge_models.sequences.layouts import read_sequence
         from footprints_edge_models.video_labels.job import LabelJob
         from footprints_edge_models.video_labels.labeller import LabelSettings
+        from footprints_edge_models.video_labels.visible_ground import best_ground
 
         frames = _with_neighbours(read_sequence(sequence, published), before, after, step)
-        settings = LabelSettings(size_of(size) if size else None, ground.value, source)
+        origin = best_ground(frames) if ground is None else ground.value
+        settings = LabelSettings(size_of(size) if size else None, origin, source)
         job = LabelJob(frames, settings, output.absolute())
         outcomes, seconds = _run(job, _runner(engine, jobs or usable_cores()))
         _summarise(job, outcomes, seconds)
@@ -163,6 +167,7 @@ def _summarise(job: "LabelJob", outcomes: list["FrameOutcome"], seconds: float) 
     sheet = write_contact_sheet(job.folder) if count["done"] or count["kept"] else None
     summary = {
         "labels": str(job.folder),
+        "ground": job.settings.ground,
         "frames": len(outcomes),
         **count,
         "hidden_ground_share": None if share is None else round(share, 4),

@@ -2,26 +2,41 @@
 
 from pathlib import Path
 
+from footprints_edge_models.sequences.colmap_text import is_colmap, read_colmap
 from footprints_edge_models.sequences.folders import is_sequence_folder, read_sequence_folder
 from footprints_edge_models.sequences.kitti import is_drive, read_kitti_raw
 from footprints_edge_models.sequences.matterport import is_scan, read_matterport
+from footprints_edge_models.sequences.scannet import is_scannet, read_scannet
 from footprints_edge_models.sequences.sequence import Sequence, SequenceError
+from footprints_edge_models.sequences.stray_scanner import is_stray_scanner, read_stray_scanner
+from footprints_edge_models.sequences.tum_rgbd import is_tum_rgbd, read_tum_rgbd
+
+CLIPS = (
+    (is_sequence_folder, read_sequence_folder),
+    (is_tum_rgbd, read_tum_rgbd),
+    (is_scannet, read_scannet),
+    (is_stray_scanner, read_stray_scanner),
+    (is_colmap, read_colmap),
+)
+"""Layouts that a folder shows by itself: whether it has one, and its reader."""
 
 
 def read_sequence(folder: Path, published: Path | None = None) -> Sequence:
     """Read the sequence in a folder of any supported layout.
 
     Args:
-        folder: a sequence folder (see :mod:`folders`), a drive of KITTI raw in its place
-            below the date, or a Matterport3D scan.
+        folder: a sequence folder (see :mod:`folders`), a clip in the format of TUM RGB-D, an
+            exported ScanNet scan, a recording of Stray Scanner, a reconstruction of COLMAP with
+            depth, a drive of KITTI raw in its place below the date, or a Matterport3D scan.
         published: folder or zip of the training data published with the paper, for the latter two.
 
     Raises:
         SequenceError: it is none of these, or not laid out as expected.
     """
     folder = folder.resolve()
-    if is_sequence_folder(folder):
-        return read_sequence_folder(folder)
+    for has_layout, read in CLIPS:
+        if has_layout(folder):
+            return read(folder)
     if is_drive(folder):
         drive = f"{folder.parent.name}/{folder.name}"
         return read_kitti_raw(folder.parents[1], drive, published)
@@ -30,6 +45,8 @@ def read_sequence(folder: Path, published: Path | None = None) -> Sequence:
         return read_matterport(scans, folder.name, published)
     raise SequenceError(
         f"{folder}: no sequence here; it is a folder with sequence.json, one with image_l and "
-        "image_r, a drive of KITTI raw (with image_02) or a Matterport3D scan (with "
-        "matterport_color_images); see CONTRIBUTING.md"
+        "image_r, a TUM RGB-D clip (rgb.txt, groundtruth.txt), a ScanNet scan (color, pose), a "
+        "recording of Stray Scanner (odometry.csv), a COLMAP reconstruction (cameras.txt), a drive "
+        "of KITTI raw (image_02) or a Matterport3D scan (matterport_color_images); see "
+        "docs/labels.md"
     )

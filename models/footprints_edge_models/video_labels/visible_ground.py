@@ -15,8 +15,15 @@ from numpy.typing import NDArray
 from footprints_edge.inputs.images import decode
 from footprints_edge_models.mapping.floor_map import fit_floor, ground_by_depth
 from footprints_edge_models.sample import NO, UNKNOWN, YES
+from footprints_edge_models.sequences.colmap_text import ColmapDepth
 from footprints_edge_models.sequences.folders import WALKABLE
-from footprints_edge_models.sequences.sequence import Sequence, SequenceError, SequenceFrame
+from footprints_edge_models.sequences.sequence import (
+    DepthPicture,
+    Sequence,
+    SequenceError,
+    SequenceFrame,
+)
+from footprints_edge_models.sequences.stray_scanner import LidarDepth
 
 GroundSource: TypeAlias = Literal["given", "depth", "teacher", "model"]
 """The frame's own label file; the floor plane in the clip's depth; a TFLite segmenter of ADE20K;
@@ -25,7 +32,18 @@ channel 0 of a model of ours."""
 UNDECIDED = 0.6
 """Probability of pixels that are neither ground to warp (above 0.75) nor obstacles (below 0.5)."""
 
+MEASURED = (DepthPicture, LidarDepth, ColmapDepth)
+"""Depth that is good enough to find the floor in; that of stereo pairs is not."""
+
 GroundReader: TypeAlias = Callable[[SequenceFrame], NDArray[np.float32]]
+
+
+def best_ground(sequence: Sequence) -> GroundSource:
+    """The best source that a sequence has: its own labels, the floor in measured depth, a model."""
+    if any(frame.ground is not None for frame in sequence.frames):
+        return "given"
+    measured = all(isinstance(frame.depth, MEASURED) for frame in sequence.frames)
+    return "depth" if measured and sequence.up is not None else "model"
 
 
 def ground_reader(sequence: Sequence, ground: GroundSource, source: str | None) -> GroundReader:
