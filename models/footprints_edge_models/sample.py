@@ -48,8 +48,12 @@ class Sample:
 
 def shrunk(sample: Sample) -> Sample:
     """The sample, its longest side shrunk to at most ``LONGEST_SIDE_PX``."""
+    return sample_at(sample, within((sample.image.shape[0], sample.image.shape[1])))
+
+
+def sample_at(sample: Sample, size: tuple[int, int]) -> Sample:
+    """The sample at a smaller (H, W)."""
     height, width = sample.image.shape[:2]
-    size = within((height, width))
     if size == (height, width):
         return sample
 
