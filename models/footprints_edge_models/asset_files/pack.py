@@ -44,6 +44,8 @@ from footprints_edge_models.asset_files.world_plan import TakenGround, WorldPlan
 FORMAT = 2
 MOST_TRIANGLES = 4000
 """Triangles of a model: enough for a thing that fills a third of a picture 448 pixels wide."""
+STILL_TOO_MANY = 5
+"""A model that keeps this many times the triangles, a tree of single leaves, is left out."""
 TEXTURE_PX = 256
 """Longest side of a model's texture: scenes draw no larger ones."""
 HELD_OUT_WORLDS = frozenset({"classroom", "bookstore", "city-south"})
@@ -240,6 +242,9 @@ def _encoded(
         found = found.lengthwise()
     outlines = outlines_of(found.surfaces, found.category)
     surfaces = simplified(found.surfaces, most_triangles)
+    triangles = sum(len(surface.triangles) for surface in surfaces)
+    if triangles > STILL_TOO_MANY * most_triangles:
+        raise AssetError(f"{found.key}: {triangles} triangles, and they cannot be simplified")
     extra = {
         "outline_points": np.concatenate([np.zeros((0, 2)), *outlines]).astype(np.float32),
         "outline_lengths": np.array([len(outline) for outline in outlines], np.int32),
@@ -250,7 +255,7 @@ def _encoded(
         found.name,
         found.category,
         found.size_m,
-        sum(len(surface.triangles) for surface in surfaces),
+        triangles,
         found.credit,
         stands=bool(outlines),
     )

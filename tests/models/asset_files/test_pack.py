@@ -200,3 +200,24 @@ def test_a_pack_of_an_older_format_is_refused(folder, tmp_path):
         archive.writestr("index.json", json.dumps({"format": 1, "entries": []}))
     with pytest.raises(AssetError, match=r"format 1.*pack the assets again"):
         AssetPack(tmp_path / "old.zip")
+
+
+def test_a_fine_model_is_simplified_and_one_that_cannot_be_is_left_out(
+    folder, tmp_path, monkeypatch
+):
+    pytest.importorskip("fast_simplification")
+    index = folder / "objects/street/index.json"
+    facts = json.loads(index.read_text())[0] | {"category": "prop", "size": [2, 2, 2]}
+    scene = trimesh.Scene()
+    scene.add_geometry(trimesh.creation.icosphere(4), node_name="body", geom_name="body")
+    (folder / "objects/street/ball.glb").write_bytes(scene.export(file_type="glb"))
+    index.write_text(json.dumps([facts | {"file": "ball.glb"}]))
+    pack_assets([folder], tmp_path / "assets.zip", most_triangles=300)
+    (ball,) = [e for e in AssetPack(tmp_path / "assets.zip").entries if e.kind == "model"]
+    assert ball.key == "street/ball" and 250 <= ball.triangles <= 310
+    monkeypatch.setattr(
+        "footprints_edge_models.asset_files.pack.simplified", lambda surfaces, _: tuple(surfaces)
+    )
+    report = pack_assets([folder], tmp_path / "assets.zip", most_triangles=300)
+    assert "model" not in report.counts
+    assert any("street/ball: 5120 triangles" in reason for reason in report.skipped)

@@ -210,8 +210,9 @@ def smooth_normals(surface: Surface) -> NDArray[np.float32]:
     x, y, z = np.round((surface.points.T.astype(np.float64) + 100) * 1e4).astype(np.int64)
     _, same = np.unique((x << 42) + (y << 21) + z, return_inverse=True)
     where = same.reshape(-1)[surface.triangles]
-    weights = np.repeat(flat, 3, axis=0).T
-    sums = np.stack([np.bincount(where.ravel(), weight) for weight in weights], axis=1)
+    sums = np.zeros((int(same.max()) + 1, 3))
+    for axis in range(3):
+        sums[:, axis] = np.bincount(where.ravel(), np.repeat(flat[:, axis], 3))
     smooth = _unit(sums)[where]
     face = _unit(flat)[:, None].repeat(3, axis=1)
     alike = (smooth * face).sum(axis=-1) > _SMOOTH
