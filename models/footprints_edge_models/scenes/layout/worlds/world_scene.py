@@ -25,7 +25,7 @@ HEIGHTS_M = (0.3, 1.9)
 """Cameras stand this high."""
 NEAR_M = 18.0
 """The cameras of one scene in a town stand within this distance of one of them."""
-IN_VIEW_M = {"small": 60.0, "wall": 120.0, "tall": 90.0}
+IN_VIEW_M = {"small": 55.0, "wall": 120.0, "tall": 75.0}
 """Things of a town that are farther away are left out."""
 
 _TALL_M = 3.0
