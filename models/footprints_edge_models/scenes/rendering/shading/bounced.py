@@ -75,7 +75,7 @@ class SecondLight:
         if lamps:
             light += (lamp_hues(lamps) @ lamp_gains(lamps, points, normals)) * _SEEN_LAMPS
         if scene.kind == "rooms":
-            light += vector(scene.ambient)[:, None] * np.float32(1.6)
+            light += vector(scene.ambient)[:, None] * np.float32(1.2)
         else:
             rise = np.float32(0.6) + np.float32(0.4) * normals[2]
             light += vector(scene.ambient)[:, None] * rise

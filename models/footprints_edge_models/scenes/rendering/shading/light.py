@@ -80,7 +80,7 @@ def light_on(
     if second is None:
         light = _ambient(scene, normals, around[0])
     else:
-        light = _calmed(np.stack(around).reshape(-1, *size), key.reshape(size))
+        light = _calmed(np.array(around, np.float32).reshape(-1, *size), key.reshape(size))
     if lamps:
         light += (lamp_hues(lamps) @ gains) * by_lamps
     if sun.any():
