@@ -96,7 +96,7 @@ class SecondLight:
         column = (turn + np.float32(columns)).astype(np.int32) % columns
         row = ((directions[2] * np.float32(0.5) + np.float32(0.5)) * rows).astype(np.int32)
         place = np.clip(row, 0, rows - 1) * columns + column
-        return np.take(self.sky.reshape(3, -1), place, axis=1)
+        return np.asarray(np.take(self.sky.reshape(3, -1), place, axis=1))
 
 
 def sky_table(scene: Scene, library: TextureLibrary) -> Floats32:
