@@ -32,7 +32,7 @@ def _through_lens(light: Light, rng: Rng) -> Light:
     """Scattered light, defocus, motion, and colours that the lens bends differently."""
     height, width = light.shape[:2]
     if rng.random() < 0.6:
-        scattered = cv2.GaussianBlur(np.minimum(light, 6), (0, 0), width / 30)
+        scattered = _blurred_widely(np.minimum(light, 6), width / 30)
         light = light + (scattered - light) * float(rng.uniform(0.01, 0.07))
     dice = rng.random()
     if dice < 0.12:
@@ -55,6 +55,14 @@ def _through_lens(light: Light, rng: Rng) -> Light:
             )
         light = cv2.merge(planes)
     return light
+
+
+def _blurred_widely(values: Light, sigma_px: float) -> Light:
+    """A Gaussian blur of many pixels, computed on a small picture."""
+    small = cv2.resize(values, None, fx=1 / 8, fy=1 / 8, interpolation=cv2.INTER_AREA)
+    small = cv2.GaussianBlur(small, (0, 0), sigma_px / 8)
+    size = (values.shape[1], values.shape[0])
+    return np.asarray(cv2.resize(small, size, interpolation=cv2.INTER_LINEAR), np.float32)
 
 
 def _shaken(light: Light, rng: Rng) -> Light:
@@ -82,7 +90,7 @@ def _exposure(light: Light, rng: Rng) -> float:
     weight = np.exp(-(x**2 + y**2))
     top = max(float(np.quantile(small, 0.95)), 1e-4)
     middle = np.exp((np.log(np.maximum(small, 0.02 * top)) * weight).sum() / weight.sum())
-    return float(min(0.12 / middle, 1.4 / top) * np.exp(rng.normal(0, 0.28)))
+    return float(min(0.12 / middle, 1.8 / top) * np.exp(rng.normal(0, 0.28)))
 
 
 def _white_balance(light: Light, rng: Rng) -> Light:
@@ -112,23 +120,24 @@ def _with_noise(light: Light, rng: Rng) -> Light:
     grain = rng.standard_normal((height, width, 3), dtype=np.float32)
     if rng.random() < 0.5:  # coarse where the phone has reduced noise already
         grain = cv2.GaussianBlur(grain, (0, 0), float(rng.uniform(0.5, 0.9))) * 1.7
-    return light + grain * np.sqrt(shot**2 * np.clip(light, 0, 1) + read**2)
+    return np.asarray(light + grain * np.sqrt(shot**2 * np.clip(light, 0, 1) + read**2))
 
 
 def _developed(light: Light, rng: Rng) -> Light:
     """Local and global tone curve, saturation: light to tone, 0 to 1."""
     light = np.maximum(light, 0)
-    level = np.maximum(light @ LUMA, 1e-4)
+    level: Light = np.maximum(light @ LUMA, 1e-4)
     if rng.random() < 0.7:  # shadows are lifted and highlights held, as far as the eye forgives it
         width = light.shape[1]
-        around = cv2.GaussianBlur(np.log(level), (0, 0), width / 14)
+        around = _blurred_widely(np.log(level), width / 14)
         strength = rng.uniform(0.0, 0.2)
-        light = light * np.exp(strength * (np.log(0.14) - around))[..., None]
+        gain: Light = np.exp(strength * (np.log(0.14) - around)).astype(np.float32)
+        light = light * gain[..., None]
     white = float(rng.uniform(1.0, 2.2))
-    light = light * (1 + light / white**2) / (1 + light) * (1.25 + 0.25 / white)
+    light = np.asarray(light * (1 + light / white**2) / (1 + light) * (1.25 + 0.25 / white))
     black = float(rng.uniform(0, 0.016)) if rng.random() < 0.8 else 0.0
     tone = np.clip(light - black, 0, 1) ** np.float32(1 / 2.2)
-    curve = float(np.clip(rng.normal(0.95, 0.3), 0.1, 1.6))
+    curve = float(np.clip(rng.normal(1.15, 0.3), 0.2, 1.8))
     tone = tone + curve * (tone - 0.45) * tone * (1 - tone) * 1.6
     saturation = float(np.clip(rng.normal(1.0, 0.15), 0.6, 1.4))
     grey = (tone @ vector([0.3, 0.59, 0.11]))[..., None]

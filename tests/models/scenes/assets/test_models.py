@@ -109,6 +109,7 @@ def test_its_ground_truth_is_that_of_a_box(chair, scene_of, camera, truth_for):
 
 
 def test_its_texture_is_the_right_way_up(chair, scene_of, camera):
+    from footprints_edge_models.scenes.rendering.look import PLAIN
     from footprints_edge_models.scenes.rendering.raycast import Triangles
     from footprints_edge_models.scenes.rendering.shading.render import render
 
@@ -116,7 +117,7 @@ def test_its_texture_is_the_right_way_up(chair, scene_of, camera):
     scene = scene_of(thing.at(0.0, 2.5))
     geometry = geometry_of(scene)
     solids = Triangles(geometry.points, geometry.triangles)
-    light = render(scene, geometry, solids, camera, library, np.random.default_rng(0))
+    light = render(scene, geometry, solids, camera, library, PLAIN, np.random.default_rng(0))
     front = light[:, camera.size[1] // 2]
     red, blue = (front[:, a] > 2 * front[:, b] for a, b in ((0, 2), (2, 0)))
     assert red.sum() > 3 and blue.sum() > 3

@@ -52,12 +52,8 @@ PAINTED = frozenset({"plaster", "wallpaper", "paint"})
 GRAINED = frozenset({"wood", "woodfloor", "planks", "woodsiding"})
 """Classes that are turned so that their grain runs along x, as that of procedural ones does."""
 _DULL_ABOVE = {
-    "asphalt": 0.08,
-    "concrete": 0.12,
-    "gravel": 0.18,
-    "pavingstones": 0.22,
-    "grass": 0.6,
-}
+    "asphalt": 0.08, "concrete": 0.12, "gravel": 0.18, "pavingstones": 0.22, "grass": 0.6,
+}  # fmt: skip
 """Textures of a higher mean saturation are paler than photographed: few roads are so loud."""
 _OTHERS_DULL_ABOVE = 0.3
 _CLOSE = frozenset({"forest"})
@@ -161,7 +157,7 @@ def _tile(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.fl
     picture = _without_margin(picture)
     large = min(picture.shape[:2]) >= LARGE_PX
     side = LARGE_PX if large else SIDE_PX
-    tile = as_texture(cv2.resize(picture, (side, side), interpolation=cv2.INTER_CUBIC)) / 255
+    tile = as_texture(cv2.resize(picture, (side, side), interpolation=cv2.INTER_CUBIC) / 255)
     for axis in (0, 1):
         if _seam(tile, axis) > 2.5:
             tile = _faded(tile, axis)

@@ -75,7 +75,7 @@ class SecondLight:
         if lamps:
             light += (lamp_hues(lamps) @ lamp_gains(lamps, points, normals)) * _SEEN_LAMPS
         if scene.kind == "rooms":
-            light += vector(scene.ambient)[:, None] * np.float32(1.6)
+            light += vector(scene.ambient)[:, None] * np.float32(1.2)
         else:
             rise = np.float32(0.6) + np.float32(0.4) * normals[2]
             light += vector(scene.ambient)[:, None] * rise
@@ -96,7 +96,7 @@ class SecondLight:
         column = (turn + np.float32(columns)).astype(np.int32) % columns
         row = ((directions[2] * np.float32(0.5) + np.float32(0.5)) * rows).astype(np.int32)
         place = np.clip(row, 0, rows - 1) * columns + column
-        return np.take(self.sky.reshape(3, -1), place, axis=1)
+        return np.asarray(np.take(self.sky.reshape(3, -1), place, axis=1))
 
 
 def sky_table(scene: Scene, library: TextureLibrary) -> Floats32:

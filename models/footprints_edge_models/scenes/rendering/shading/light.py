@@ -76,11 +76,11 @@ def light_on(
     shares[-2, asked] = _lamps_seen(lamps, gains[:, asked], solids, points_asked, dice[2], rng)
     quantised = np.round(normals * 2).astype(np.int32) + 2
     key = surface.part * 125 + quantised[0] * 25 + quantised[1] * 5 + quantised[2]
-    *around, in_sun, by_lamps = _smoothed(shares.reshape(-1, *size), key.reshape(size))
+    *arriving, in_sun, by_lamps = _smoothed(shares.reshape(-1, *size), key.reshape(size))
     if second is None:
-        light = _ambient(scene, normals, around[0])
+        light = _ambient(scene, normals, arriving[0])
     else:
-        light = _calmed(np.stack(around).reshape(-1, *size), key.reshape(size))
+        light = _calmed(np.array(arriving, np.float32).reshape(-1, *size), key.reshape(size))
     if lamps:
         light += (lamp_hues(lamps) @ gains) * by_lamps
     if sun.any():
