@@ -49,9 +49,10 @@ class PackedSamples(Sequence[Sample]):
         if isinstance(index, slice):
             return PackedSamples(self._path, self._rows[index])
         row = self._rows[index]
-        arrays = {name: self._array(*where) for name, where in row["arrays"].items()}
-        camera = Intrinsics(**row["intrinsics"])
-        return Sample(intrinsics=camera, **row["values"], **arrays)
+        values: dict[str, Any] = {
+            name: self._array(*where) for name, where in row["arrays"].items()
+        }
+        return Sample(intrinsics=Intrinsics(**row["intrinsics"]), **row["values"], **values)
 
     def _array(self, offset: int, dtype: str, shape: list[int]) -> NDArray[Any]:
         kind = np.dtype(dtype)
@@ -113,18 +114,17 @@ def load_packed(folder: Path) -> dict[str, TrainingDataset]:
             index = _Index(**json.loads(path.read_bytes()))
             if index.version != VERSION:
                 raise ValueError(f"version {index.version}")
-            parts = [PackedSamples(path.with_suffix(".bin"), rows) for rows in _rows(index)]
-            for samples in parts:
+            train, held_out = (
+                PackedSamples(path.with_suffix(".bin"), rows)
+                for rows in (index.train, index.held_out)
+            )
+            for samples in (train, held_out):
                 if samples:
                     samples[len(samples) - 1]
         except (OSError, ValueError, TypeError, KeyError) as error:
             raise DatasetError(f"{path}: damaged, pack it again: {error}") from error
-        datasets[path.stem] = TrainingDataset(*parts, index.share)
+        datasets[path.stem] = TrainingDataset(train, held_out, index.share)
     return datasets
-
-
-def _rows(index: _Index) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    return index.train, index.held_out
 
 
 def _write(file: BinaryIO, samples: Iterable[Sample]) -> list[dict[str, Any]]:

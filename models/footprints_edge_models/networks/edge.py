@@ -59,13 +59,12 @@ class UpStage(nn.Module):
 
     def _forward_training(self, x: torch.Tensor, skip: torch.Tensor) -> torch.Tensor:
         """The same by a transposed convolution: neither a large copy nor four equal pixels."""
-        conv, *rest = self.conv
-        inputs = x.shape[1]
-        x = F.conv_transpose2d(x, upsampling_filters(conv.weight[:, :inputs]), stride=2, padding=1)
-        x = x + F.conv2d(skip, conv.weight[:, inputs:], padding=1)
-        for layer in rest:
-            x = layer(x)
-        return x
+        conv = self.conv[0]
+        assert isinstance(conv, nn.Conv2d)
+        of_x, of_skip = conv.weight[:, : x.shape[1]], conv.weight[:, x.shape[1] :]
+        x = F.conv_transpose2d(x, upsampling_filters(of_x), stride=2, padding=1)
+        x = x + F.conv2d(skip, of_skip, padding=1)
+        return self.conv[1:](x)  # type: ignore[no-any-return]
 
 
 def upsampling_filters(filters: torch.Tensor) -> torch.Tensor:

@@ -46,8 +46,8 @@ class DepthwiseConv2d(nn.Conv2d):
     ) -> torch.Tensor:
         if input.device.type == "cpu" and torch.is_autocast_enabled("cpu"):
             with torch.autocast("cpu", enabled=False):
-                return super()._conv_forward(input.float(), weight, bias)
-        return super()._conv_forward(input, weight, bias)
+                return super()._conv_forward(input.float(), weight, bias)  # type: ignore[no-any-return]
+        return super()._conv_forward(input, weight, bias)  # type: ignore[no-any-return]
 
 
 class ConvNorm(nn.Sequential):
@@ -67,13 +67,20 @@ class ConvNorm(nn.Sequential):
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """(B, inputs, H, W) to (B, outputs, H/stride, W/stride)."""
-        conv, norm, *act = self
+        conv, norm = self[0], self[1]
+        assert isinstance(conv, nn.Conv2d)
+        assert isinstance(norm, nn.BatchNorm2d)
         if not self.training or norm.training:
-            return super().forward(x)  # type: ignore[no-any-return]
-        factor = norm.weight * torch.rsqrt(norm.running_var + norm.eps)
-        summand = norm.bias - norm.running_mean * factor
+            return super().forward(x)  # type: ignore[no-any-return, no-untyped-call]
+        mean, variance = norm.running_mean, norm.running_var
+        assert mean is not None
+        assert variance is not None
+        factor = norm.weight * torch.rsqrt(variance + norm.eps)
+        summand = norm.bias - mean * factor
         x = conv._conv_forward(x, conv.weight * factor[:, None, None, None], summand)
-        return act[0](x) if act else x  # type: ignore[no-any-return]
+        for act in list(self)[2:]:
+            x = act(x)
+        return x
 
 
 def pointwise(inputs: int, outputs: int) -> nn.Conv2d:

@@ -6,7 +6,7 @@ Threads prepare batches ahead, as OpenCV and numpy release the interpreter lock;
 import functools
 import itertools
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, fields
 
@@ -89,7 +89,7 @@ def batches(
     start: int,
     stop: int | None = None,
     workers: int = 0,
-) -> Iterator[Batch]:
+) -> Generator[Batch]:
     """The batches from step ``start`` on, to ``stop`` or without end.
 
     Args:
@@ -139,7 +139,7 @@ def _from_processes(
     loader = torch.utils.data.DataLoader(
         _Steps(make),
         batch_size=None,
-        sampler=steps,  # type: ignore[arg-type]  # an iterable of steps is enough
+        sampler=steps,
         num_workers=workers,
         multiprocessing_context="fork",
         pin_memory=torch.cuda.is_available(),

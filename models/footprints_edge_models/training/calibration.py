@@ -68,7 +68,7 @@ def fit(logits: NDArray[np.float32], is_true: NDArray[np.bool_]) -> Calibration:
         return value
 
     before = loss().item()
-    optimizer.step(closure)
+    optimizer.step(closure)  # type: ignore[no-untyped-call]
     scale, bias = line.tolist()
     if not scale > 0:
         raise TrainingError(f"the mask is lower where its label is 1 (scale {scale:.3g})")
@@ -124,4 +124,4 @@ def _last_convolutions(network: Network) -> list[nn.Conv2d]:
         return [network.head]
     decoder = network.mask_decoder
     heads = (decoder.outconv1, decoder.outconv2, decoder.outconv3, decoder.outconv4[1])
-    return [head.conv1 for head in heads]
+    return [layer for head in heads for layer in head.modules() if isinstance(layer, nn.Conv2d)]

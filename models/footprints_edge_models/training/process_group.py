@@ -86,9 +86,9 @@ class SyncedBatchNorm2d(nn.BatchNorm2d):
         if not self.training or self.running_mean is None or self.running_var is None:
             return super().forward(x)
         size = distributed.get_world_size()
-        mean = all_reduce(x.float().mean(dim=(0, 2, 3))) / size
+        mean = _sum(x.float().mean(dim=(0, 2, 3))) / size
         centred = x - mean[:, None, None]
-        variance = all_reduce(centred.float().square().mean(dim=(0, 2, 3))) / size
+        variance = _sum(centred.float().square().mean(dim=(0, 2, 3))) / size
         count = size * x.numel() / x.shape[1]
         with torch.no_grad():
             if self.num_batches_tracked is not None:
@@ -96,8 +96,14 @@ class SyncedBatchNorm2d(nn.BatchNorm2d):
             momentum = 0.1 if self.momentum is None else self.momentum
             self.running_mean.lerp_(mean, momentum)
             self.running_var.lerp_(variance * count / (count - 1), momentum)
-        scale = self.weight * torch.rsqrt(variance + self.eps)
-        return centred * scale[:, None, None] + self.bias[:, None, None]
+        scale: torch.Tensor = self.weight * torch.rsqrt(variance + self.eps)
+        shifted: torch.Tensor = centred * scale[:, None, None] + self.bias[:, None, None]
+        return shifted
+
+
+def _sum(x: torch.Tensor) -> torch.Tensor:
+    """Over all processes; gradients pass."""
+    return all_reduce(x)  # type: ignore[no-any-return, no-untyped-call]
 
 
 def _sync_batch_norms(network: nn.Module) -> None:

@@ -183,9 +183,10 @@ def resumed_recipe(stored: dict[str, Any], asked: Recipe) -> Recipe | None:
         asked: as the caller wants it.
     """
     named = {_FORMER_NAMES.get(name, name): value for name, value in stored.items()}
-    for name in ("decay", "former_focal"):
-        if name not in named and getattr(asked, name) == getattr(Recipe, name):
-            asked = replace(asked, **{name: _FORMER_DEFAULTS[name]})
+    if "decay" not in named and asked.decay == Recipe.decay:
+        asked = replace(asked, decay=1.0)
+    if "former_focal" not in named:
+        asked = replace(asked, former_focal=True)
     return asked if {**_FORMER_DEFAULTS, **named} == asdict(asked) else None
 
 
