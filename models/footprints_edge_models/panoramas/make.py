@@ -36,7 +36,7 @@ def make_views(
 
     Args:
         assets: folder of labelled panoramas, or one that holds it.
-        folder: of the views; what it holds is replaced.
+        folder: of the views; those of the same names are replaced.
         count: views of each panorama.
         seed: decides their cameras, together with the panoramas' names.
         progress: called after each panorama.
