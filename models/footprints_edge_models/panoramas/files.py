@@ -75,6 +75,11 @@ def write_view(folder: Path, name: str, view: PanoramaView) -> dict[str, Any]:
     }
 
 
+def begin(folder: Path) -> None:
+    """Marks a folder as unfinished: views that are made anew may differ from those it lists."""
+    (folder / MANIFEST).unlink(missing_ok=True)
+
+
 def write_manifest(folder: Path, seed: int, entries: Sequence[dict[str, Any]]) -> None:
     """Writes the list of views: the folder is finished."""
     about = {"format": FORMAT, "seed": seed, "views": list(entries)}

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from footprints_edge_models.asset_files.credit_files import write_credits_file
-from footprints_edge_models.panoramas.files import view_name, write_manifest, write_view
+from footprints_edge_models.panoramas.files import begin, view_name, write_manifest, write_view
 from footprints_edge_models.panoramas.labels import (
     PanoramaError,
     find_panoramas,
@@ -36,7 +36,7 @@ def make_views(
 
     Args:
         assets: folder of labelled panoramas, or one that holds it.
-        folder: of the views; what it holds is replaced.
+        folder: of the views; those of the same names are replaced.
         count: views of each panorama.
         seed: decides their cameras, together with the panoramas' names.
         progress: called after each panorama.
@@ -44,8 +44,10 @@ def make_views(
     Raises:
         PanoramaError: there are no labelled panoramas, or none can be used.
     """
+    source = find_panoramas(assets)
+    begin(folder)
     used, entries, skipped = [], [], []
-    for panorama in read_panoramas(find_panoramas(assets)):
+    for panorama in read_panoramas(source):
         if isinstance(panorama, PanoramaError):
             skipped.append(str(panorama))
         else:

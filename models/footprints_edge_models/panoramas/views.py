@@ -131,9 +131,8 @@ def _coordinates(
     camera: PanoramaCamera, size: tuple[int, int], panorama: tuple[int, ...]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Where the pixels of a view of a size are in a panorama, x and y of pixels' centres."""
-    x, y, z = np.moveaxis(
-        rays(camera.intrinsics.scaled(camera.size, size), size) @ camera.rotation.T, -1, 0
-    )
+    own = rays(camera.intrinsics.scaled(camera.size, size), size)
+    x, y, z = np.moveaxis(own @ camera.rotation.T.astype(np.float32), -1, 0)
     azimuth = np.arctan2(x, z) / (2 * np.pi) % 1
     elevation = np.arctan2(-y, np.hypot(x, z)) / np.pi
     height, width = panorama[:2]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge_models.sequences.camera_files import checked_intrinsics
+from footprints_edge_models.sequences.camera_files import checked_intrinsics, checked_pose
 from footprints_edge_models.sequences.moving_cameras import (
     numbers_of,
     pose_of_quaternion,
@@ -96,7 +96,9 @@ def read_colmap(folder: Path) -> Sequence:
         image = folder / "images" / name
         if not image.is_file():
             raise SequenceError(f"{image}: no such picture, but {path.name} names it")
-        to_world = np.linalg.inv(pose_of_quaternion(shift, (x, y, z, w), where))
+        to_world = checked_pose(
+            np.linalg.inv(pose_of_quaternion(shift, (x, y, z, w), where)), where
+        )
         depth = _depth(folder, name)
         frames.append(
             SequenceFrame(

@@ -8,6 +8,7 @@ points up.
 """
 
 import csv
+import math
 import shutil
 import tempfile
 from dataclasses import dataclass
@@ -155,7 +156,7 @@ def _camera(path: Path) -> Intrinsics:
 def _quarter_turns(poses: list[NDArray[np.float64]]) -> int:
     """Clockwise quarter turns, 0 to 3, that make most of a clip's pictures upright."""
     down = np.sum([pose[:3, :3].T @ [0, -1, 0] for pose in poses], axis=0)
-    return round(np.arctan2(down[0], down[1]) / (np.pi / 2)) % 4
+    return round(math.atan2(down[0], down[1]) / (math.pi / 2)) % 4
 
 
 def _quarter_turn(turns: int) -> NDArray[np.float64]:

@@ -111,8 +111,9 @@ def _camera(folder: Path, image: Path) -> Intrinsics:
     if path.is_file():
         values = numbers_of(" ".join(read_lines(path)).split(), str(path))
         try:
-            return Intrinsics(*values[:4])
-        except (TypeError, IntrinsicsError) as error:
+            fx, fy, cx, cy = values[:4]
+            return Intrinsics(fx, fy, cx, cy)
+        except (ValueError, IntrinsicsError) as error:
             raise SequenceError(f"{path}: 'fx fy cx cy' in pixels are needed ({error})") from error
     try:
         with Image.open(image) as opened:

@@ -72,6 +72,16 @@ def test_more_views_keep_those_that_are_there(write_panoramas, tmp_path):
         assert again.read_bytes() == path.read_bytes()
 
 
+def test_a_folder_that_is_made_anew_is_unfinished_until_the_end(data):
+    def stop():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make_views(data / "assets", data / "panoramas", 4, 1, stop)
+    with pytest.raises(DatasetError, match="fp-train panoramas"):
+        load_datasets(data)
+
+
 def test_a_damaged_panorama_is_named_and_the_others_are_used(write_panoramas, tmp_path):
     folder = write_panoramas("meadow", "broken", "void")
     (folder / "broken.jpg").write_bytes(b"no picture")

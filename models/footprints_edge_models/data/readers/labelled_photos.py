@@ -72,8 +72,8 @@ ADE20K = PhotoLabels(
     void=(0,),
     barriers=(1, 2, 3, 6, 9),
     sky=(3,),
-    # wall, building, tree, ceiling, window, mountain, curtain, water, house, sea
-    solid=(1, 2, 5, 6, 9, 17, 19, 22, 26, 27),
+    # wall, building, tree, ceiling, window, mountain, curtain, water, painting, house, sea, mirror
+    solid=(1, 2, 5, 6, 9, 17, 19, 22, 23, 26, 27, 28),
 )
 """The 31 most frequent classes of ADE20K; see the card of the model that made the labels."""
 
