@@ -97,8 +97,8 @@ def _slim_arrays(data: bytes) -> bytes:
         slim = {name: arrays[name] for name in arrays.files}
     for name, array in slim.items():
         number = name.removeprefix("texture")
-        # a texture with holes keeps the size that its holes have
-        if number.isdecimal() and f"alpha{number}" not in slim:
+        # a texture with holes keeps the size that its holes have; a number names another's texture
+        if number.isdecimal() and f"alpha{number}" not in slim and array.ndim:
             slim[name] = _slim_texture(array)
     buffer = io.BytesIO()
     np.savez(buffer, **slim)
@@ -106,7 +106,7 @@ def _slim_arrays(data: bytes) -> bytes:
 
 
 def _slim_texture(jpeg: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    texture = cv2.imdecode(jpeg, cv2.IMREAD_COLOR)
+    texture = np.asarray(cv2.imdecode(jpeg, cv2.IMREAD_COLOR))
     scale = TEXTURE_PX / max(texture.shape[:2])
     if scale < 1:
         texture = cv2.resize(texture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
