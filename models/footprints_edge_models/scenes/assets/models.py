@@ -97,7 +97,7 @@ class ModelLibrary:
 
     def of_categories(self, *categories: str) -> list[PackEntry]:
         """Models of these categories that stand on the ground."""
-        return [e for e in self._entries if e.stands and e.category in categories]
+        return [e for e in self._entries.values() if e.stands and e.category in categories]
 
     def thing(self, entry: PackEntry, label: str) -> Thing:
         """A model as a thing."""
