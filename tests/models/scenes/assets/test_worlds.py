@@ -65,6 +65,7 @@ def card():
 NODES = {
     "floor": ("floor", solid(-4, -4, -0.2, 4, 6, 0)),
     "rug": ("floor", solid(-3.5, 0, 0, -2.5, 1, 0.01)),
+    "platform": ("floor", solid(-1, -4, -0.1, 1, -3.2, 0.15)),
     "upper": ("floor", solid(2, 3, UPPER_M - 0.2, 4, 6, UPPER_M)),
     "wall": ("wall", solid(-4, 6, 0, 4, 6.1, 5)),
     "table_top": ("object", solid(1, 0, 0.7, 2, 1, 0.75)),
@@ -181,6 +182,8 @@ def test_seen_and_hidden_floor_and_what_stands_there(seen):
 def test_sides_of_floors_and_floors_from_below_are_no_ground(seen):
     assert seen((3, -2, 2.9), (3, 3.0, UPPER_M - 0.1)) == (0, 0.0)
     assert seen((3, 4, 1.0), (3, 4.5, 4.0)) == (0, 0.0)
+    # the side of a platform, below which the floor goes on
+    assert seen((0, -1, 1.0), (0, -3.2, 0.07)) == (0, 0.0)
     # on the upper floor, above nothing that stands below
     up = seen((3, 4, UPPER_M + 1.5), (3, 5, UPPER_M))
     assert up[0] == pixels.VISIBLE_GROUND | pixels.GROUND_ANYWHERE

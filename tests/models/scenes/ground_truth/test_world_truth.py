@@ -33,7 +33,7 @@ CELL_M, REACH_M = 0.02, 6.0
 """Of the map indoors; it is twice as wide outdoors, with as many cells."""
 NEAR_EDGE = 2
 """Cells beside an edge of the map are not judged: outlines are drawn in cells of 2 cm, too."""
-VEHICLES = {"car", "bus", "van", "truck"}
+VEHICLES = {"car", "bus", "van", "truck", "lorry"}
 
 
 def names():
@@ -147,6 +147,9 @@ def map_from_above(scene, geometry, camera, level, *, outdoors):
     taken |= enclosed[patches]
     around = np.ones((2 * NEAR_EDGE + 1,) * 2, bool)
     sure = ndimage.binary_erosion(taken, around) | ~ndimage.binary_dilation(taken, around)
+    if outdoors:  # what the map's edge cuts may be the inside of a house
+        cut = np.isin(patches, edge[edge > 0]) & (patches != patches[size // 2, size // 2])
+        sure &= ~ndimage.binary_dilation(cut, around)
     return taken, sure & there.reshape(size, size)
 
 
