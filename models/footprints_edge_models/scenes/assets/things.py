@@ -23,7 +23,6 @@ from footprints_edge_models.scenes.assets.shapes import (
     unit_box,
 )
 
-
 _HERE = np.eye(3, 4)
 
 
