@@ -238,8 +238,8 @@ def _floating(world: World, owners: Iterable[int]) -> set[int]:
             continue
         points = points[:: max(1, len(points) // 120)]
         ways = np.repeat(_ASIDE, len(points), axis=0)
-        starts = np.tile(points, (len(_ASIDE), 1)) - ways * np.float32(_NEAR_M / 4)
-        hits = tracer.first_hits(starts.astype(np.float32, copy=False), ways)
+        starts = np.tile(points, (len(_ASIDE), 1)) - ways * _NEAR_M / 4
+        hits = tracer.first_hits(starts.astype(np.float32), ways)
         near = (hits.triangle >= 0) & (hits.distance < _NEAR_M)
         if not (near & (owner_of[hits.triangle] != owner)).any():
             found.add(owner)
