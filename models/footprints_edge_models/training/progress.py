@@ -1,7 +1,7 @@
 """How far a run is, for whoever watches it."""
 
-import time
 from dataclasses import dataclass
+from time import monotonic
 
 
 @dataclass(frozen=True)
@@ -41,22 +41,22 @@ class Stopwatch:
         Args:
             spent_s: seconds that count already.
         """
-        self._begin = time.monotonic() - spent_s
-        self._last = time.monotonic()
+        self._begin = monotonic() - spent_s
+        self._last = monotonic()
         self._step_s: float | None = None
 
     @property
     def spent_s(self) -> float:
         """Seconds so far."""
-        return time.monotonic() - self._begin
+        return monotonic() - self._begin
 
     def step_s(self) -> float:
         """Seconds a step, averaged over about the last twenty; call it once a step."""
-        now = time.monotonic()
+        now = monotonic()
         took, self._last = now - self._last, now
         self._step_s = took if self._step_s is None else self._step_s + (took - self._step_s) / 20
         return self._step_s
 
     def skip(self) -> None:
         """What was done since the last step counts as time, but not as part of a step."""
-        self._last = time.monotonic()
+        self._last = monotonic()

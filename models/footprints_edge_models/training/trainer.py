@@ -316,9 +316,9 @@ def _read_state(run: Path) -> dict[str, Any]:
 def _load(state: RunState, stored: dict[str, Any]) -> None:
     state.network.load_state_dict(stored["network"])
     state.average.load_state_dict(stored["average"])
-    state.optimizer.load_state_dict(stored["optimizer"])
-    for parameters in state.optimizer.param_groups:  # checkpoints hold options of their version
+    for parameters in stored["optimizer"]["param_groups"]:  # of earlier versions: not fused
         parameters.update(fused=True, foreach=None)
+    state.optimizer.load_state_dict(stored["optimizer"])
     state.focal_px = float(stored.get("focal_px", state.focal_px))
 
 

@@ -32,7 +32,7 @@ def sample(index):
 def run(folder, batch):
     torch.set_num_threads(1)
     datasets = {"a": TrainingDataset([sample(index) for index in range(5)], [], 1.0)}
-    recipe = Recipe((ScheduleStage((64, 64), 3),), batch=batch, warmup_steps=3)
+    recipe = Recipe((ScheduleStage((32, 32), 3),), batch=batch, warmup_steps=3)
     train(datasets, recipe, folder, device=torch.device("cpu"))
 
 
