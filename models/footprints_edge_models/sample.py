@@ -46,12 +46,16 @@ class Sample:
 
 def shrunk(sample: Sample) -> Sample:
     """The sample, its longest side shrunk to at most ``LONGEST_SIDE_PX``."""
+    return resized(sample, within((sample.image.shape[0], sample.image.shape[1])))
+
+
+def resized(sample: Sample, size: tuple[int, int]) -> Sample:
+    """The sample at a smaller (H, W)."""
     height, width = sample.image.shape[:2]
-    size = within((height, width))
     if size == (height, width):
         return sample
 
-    def resized(array: NDArray[ScalarT] | None) -> NDArray[ScalarT] | None:
+    def smaller(array: NDArray[ScalarT] | None) -> NDArray[ScalarT] | None:
         return None if array is None else nearest(array, size)
 
     return Sample(
@@ -60,9 +64,9 @@ def shrunk(sample: Sample) -> Sample:
         sample.intrinsics.scaled((height, width), size),
         nearest(sample.visible_ground, size),
         nearest(sample.ground, size),
-        resized(sample.visible_depth_m),
-        resized(sample.ground_depth_m),
-        resized(sample.moving),
+        smaller(sample.visible_depth_m),
+        smaller(sample.ground_depth_m),
+        smaller(sample.moving),
     )
 
 

@@ -8,6 +8,7 @@ import typer
 from footprints_edge_models.cli.ablations import ablations
 from footprints_edge_models.cli.assets import assets
 from footprints_edge_models.cli.calibrate import calibrate
+from footprints_edge_models.cli.gpu_kit import gpu_kit
 from footprints_edge_models.cli.labels import labels
 from footprints_edge_models.cli.pack import pack
 from footprints_edge_models.cli.scenes import scenes
@@ -28,7 +29,7 @@ def _root() -> None:
     """Train the networks of footprints-edge."""
 
 
-for command in (edge, reference, ablations, calibrate, pack, labels, scenes, assets):
+for command in (edge, reference, ablations, calibrate, pack, labels, scenes, assets, gpu_kit):
     app.command()(command)
 
 

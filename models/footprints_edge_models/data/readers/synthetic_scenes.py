@@ -5,9 +5,12 @@ from pathlib import Path
 from typing import overload
 
 import numpy as np
+from numpy.typing import NDArray
 
+from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.sample import FOOTPRINT, NO, UNSEEN, YES, Sample
 from footprints_edge_models.scenes.ground_truth import pixels
+from footprints_edge_models.scenes.ground_truth.pixels import SceneGroundTruth
 from footprints_edge_models.scenes.storage.files import (
     SceneFilesError,
     read_scene,
@@ -63,15 +66,21 @@ def read_sample(folder: Path, name: str) -> Sample:
         SceneFilesError: it is missing or damaged.
     """
     scene = read_scene(folder, name)
-    exact = scene.ground_truth
+    return scene_sample(f"{folder.name}/{name}", scene.image, scene.intrinsics, scene.ground_truth)
+
+
+def scene_sample(
+    name: str, image: NDArray[np.uint8], intrinsics: Intrinsics, exact: SceneGroundTruth
+) -> Sample:
+    """The photo of a scene and its exact ground truth as a training sample."""
     ground = np.where(exact.bits & pixels.GROUND_ANYWHERE > 0, YES, NO).astype(np.uint8)
     ground[exact.bits & pixels.FOOTPRINT > 0] = FOOTPRINT
     gap_m = exact.ground_depth_m - exact.visible_depth_m
     ground[(exact.bits & pixels.BEHIND_WALL > 0) & (gap_m > MOST_BEHIND_WALL_M)] = UNSEEN
     return Sample(
-        f"{folder.name}/{name}",
-        scene.image,
-        scene.intrinsics,
+        name,
+        image,
+        intrinsics,
         np.where(exact.bits & pixels.VISIBLE_GROUND > 0, YES, NO).astype(np.uint8),
         ground,
         exact.visible_depth_m.astype(np.float16),

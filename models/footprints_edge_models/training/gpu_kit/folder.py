@@ -1,0 +1,214 @@
+"""Builds a kit: a folder with all that a machine with PyTorch and OpenCV, but no network, lacks."""
+
+import io
+import logging
+import lzma
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import zipfile
+from collections.abc import Iterator, Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import torch
+
+import footprints_edge
+import footprints_edge_models
+from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge_models.data.errors import DatasetError
+from footprints_edge_models.data.mixture import TrainingDataset, load_datasets
+from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
+from footprints_edge_models.networks.registry import NETWORKS
+from footprints_edge_models.sample import Sample
+from footprints_edge_models.training.gpu_kit.kit_settings import (
+    ASSETS,
+    INITIAL_WEIGHTS,
+    SETTINGS,
+    SHARD,
+    KitSettings,
+)
+from footprints_edge_models.training.gpu_kit.slim_pack import write_slim_pack
+from footprints_edge_models.training.gpu_kit.stored_view import stored_view
+from footprints_edge_models.training.gpu_kit.timed_run import SCENES, RunSize
+from footprints_edge_models.training.gpu_kit.view_shard import ShardView, write_shard
+from footprints_edge_models.training.trainer import _save_weights
+
+logger = logging.getLogger(__name__)
+
+CODE = "code.tar.xz"
+RUNNER = "run.py"
+FREE_DATASETS = ("hololens_office", "panoramas", SCENES)
+"""What may go into weights that anybody may use."""
+ASSETS_SHARE = 0.45
+"""Most of a kit's bytes that the assets take."""
+SCENES_SHARE = 0.25
+"""Of the bytes for views, what scenes get that are there at once; the rest are photos."""
+HELD_OUT = 24
+"""Held-out views of each data set."""
+WHEELS = ("embreex",)
+"""What such a machine lacks."""
+_PYTHON = (
+    *("--no-deps", "--only-binary=:all:", "--implementation", "cp", "--python-version", "3.12"),
+    *("--platform", "manylinux_2_28_x86_64", "--platform", "manylinux_2_17_x86_64"),
+)
+
+
+def build_kit(
+    folder: Path,
+    data: Path,
+    runner: Path,
+    settings: KitSettings,
+    *,
+    assets: Path | None,
+    init: Path | None,
+    most_bytes: int,
+    research: bool = False,
+    wheels: Path | None = None,
+) -> dict[str, int]:
+    """Builds a kit in a folder; the bytes of its parts.
+
+    Args:
+        folder: Of the kit; what an earlier kit left there is replaced.
+        data: Folder of data sets (see docs/data.md).
+        runner: The program that unpacks the kit and trains.
+        settings: Of the run; shares are filled in from the data sets.
+        assets: Pack of ``fp-train assets``; None: scenes are made of boxes.
+        init: Weights to begin with; None: the network's pretrained encoder.
+        most_bytes: Of all files together.
+        research: Also data whose licence allows research alone.
+        wheels: Folder with the wheels that the machine lacks; None: pip downloads them.
+
+    Raises:
+        DatasetError: no data that may be used, or the parts do not fit.
+        AssetError: the pack cannot be read.
+        ModelError: the weights are not of the network.
+    """
+    datasets = load_datasets(data)
+    if not research:
+        datasets = {name: each for name, each in datasets.items() if name in FREE_DATASETS}
+    if not datasets:
+        raise DatasetError(f"{data}: none of {', '.join(FREE_DATASETS)}; --research takes others")
+    shares = {name: each.share for name, each in datasets.items()} | {
+        SCENES: datasets[SCENES].share if SCENES in datasets else 0.9
+    }
+    settings = KitSettings(**vars(settings) | {"shares": shares})
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in (CODE, f"{ASSETS}.xz", SHARD, RUNNER):
+        (folder / name).unlink(missing_ok=True)
+    shutil.copyfile(runner, folder / RUNNER)
+    with tempfile.TemporaryDirectory() as scratch:
+        _write_code(folder / CODE, settings, init, wheels, Path(scratch))
+    if assets is not None:
+        left = most_bytes - _bytes(folder)
+        most = min(int(ASSETS_SHARE * most_bytes), int(0.8 * left))
+        write_slim_pack(assets, folder / f"{ASSETS}.xz", most)
+    left = most_bytes - _bytes(folder)
+    write_shard(folder / SHARD, _views(datasets, RunSize(settings.size).slot_px, 0.95 * left))
+    sizes = {path.name: path.stat().st_size for path in sorted(folder.iterdir())}
+    if (total := sum(sizes.values())) > most_bytes:
+        raise DatasetError(
+            f"{folder}: the kit takes {total / 1e6:.1f} MB of {most_bytes / 1e6:.1f}: "
+            + ", ".join(f"{name} {size / 1e6:.1f}" for name, size in sizes.items())
+        )
+    return sizes
+
+
+def _bytes(folder: Path) -> int:
+    return sum(path.stat().st_size for path in folder.iterdir())
+
+
+def _write_code(
+    path: Path, settings: KitSettings, init: Path | None, wheels: Path | None, scratch: Path
+) -> None:
+    """The packages' sources, libraries that the machine lacks, settings and initial weights."""
+    buffer = io.BytesIO()
+    with tarfile.open(fileobj=buffer, mode="w") as archive:
+
+        def add(name: str, content: bytes) -> None:
+            facts = tarfile.TarInfo(name)
+            facts.size = len(content)
+            archive.addfile(facts, io.BytesIO(content))
+
+        for package in (footprints_edge, footprints_edge_models):
+            root = Path(str(package.__file__)).parent
+            for file in sorted(root.rglob("*")):
+                unwanted = file.suffix in {".pyc", ".onnx", ".ort"} or not file.is_file()
+                if not unwanted:
+                    add(f"code/{root.name}/{file.relative_to(root).as_posix()}", file.read_bytes())
+        for wheel in _wheels(wheels, scratch):
+            with zipfile.ZipFile(wheel) as files:
+                for name in files.namelist():
+                    if not name.endswith("/"):
+                        add(f"site/{name}", files.read(name))
+        add(SETTINGS, settings.to_json().encode())
+        weights = scratch / INITIAL_WEIGHTS
+        _write_initial(weights, settings, init)
+        add(INITIAL_WEIGHTS, weights.read_bytes())
+    write_atomically(path, lzma.compress(buffer.getvalue(), preset=6))
+
+
+def _wheels(folder: Path | None, scratch: Path) -> Sequence[Path]:
+    if folder is not None:
+        return sorted(folder.glob("*.whl"))
+    names = [f"{name}=={version(name)}" for name in WHEELS]
+    command = [sys.executable, "-m", "pip", "download", "-q", *_PYTHON, "-d", str(scratch), *names]
+    try:
+        subprocess.run(command, check=True, capture_output=True, text=True)
+    except subprocess.CalledProcessError as error:
+        raise DatasetError(
+            f"pip found no wheels of {', '.join(names)} for Python 3.12 on Linux: "
+            f"{error.stderr.strip()[-300:]}; give a folder of wheels"
+        ) from error
+    return sorted(scratch.glob("*.whl"))
+
+
+def _write_initial(path: Path, settings: KitSettings, init: Path | None) -> None:
+    spec = NETWORKS[settings.network]
+    torch.manual_seed(settings.seed)
+    if init is None:
+        if spec.pretrained is None:
+            raise DatasetError(f"network {spec.name}: no pretrained encoder; give initial weights")
+        network = spec.pretrained()
+    else:
+        network = spec.build()
+        load_weights(network, read_checkpoint(init), str(init))
+    _save_weights(network, path)
+
+
+def _views(
+    datasets: dict[str, TrainingDataset], most_px: int, most_bytes: float
+) -> Iterator[ShardView]:
+    """Views to train on, evenly out of each data set, as many as its part of the bytes holds."""
+    photos = [name for name in datasets if name != SCENES]
+    for name, dataset in datasets.items():
+        if name == SCENES:
+            part = SCENES_SHARE if photos else 1.0
+        else:
+            part = (1 - (SCENES_SHARE if SCENES in datasets else 0)) / len(photos)
+        held_out = _evenly(dataset.held_out, HELD_OUT)
+        probes = _evenly(dataset.train, 6)
+        each = _mean_bytes([*held_out, *probes], most_px)
+        count = int((part * most_bytes - len(held_out) * each) / each)
+        chosen = _evenly(dataset.train, max(1, count))
+        logger.info(
+            "%s: %d views, %d held out, %.0f kB each", name, len(chosen), len(held_out), each / 1e3
+        )
+        for sample in held_out:
+            yield ShardView(stored_view(sample, most_px), name, "held out")
+        for sample in chosen:
+            yield ShardView(stored_view(sample, most_px), name, "train")
+
+
+def _mean_bytes(samples: Sequence[Sample], most_px: int) -> float:
+    with tempfile.TemporaryDirectory() as scratch:
+        views = [ShardView(stored_view(sample, most_px), "", "train") for sample in samples]
+        return write_shard(Path(scratch) / SHARD, views)[""] / len(views)
+
+
+def _evenly(samples: Sequence[Sample], most: int) -> list[Sample]:
+    count = min(most, len(samples))
+    return [samples[int(place)] for place in np.linspace(0, len(samples) - 1, count)]
