@@ -153,9 +153,11 @@ def _quantised(plane: torch.Tensor, steps: tuple[int, ...], scale: torch.Tensor)
     basis = torch.cos((2 * k[None] + 1) * k[:, None] * (math.pi / 16)) / 2
     basis[0] /= math.sqrt(2)
     table = torch.tensor(steps, dtype=plane.dtype).to(plane.device, non_blocking=True)
-    step = (table.reshape(8, 8) * scale).round().clamp(1, 255)  # (B, 1, 8, 8)
+    step = (table.reshape(8, 8).T * scale).round().clamp(1, 255)  # (B, 1, 8, 8)
     step = step.reshape(count, 1, 1, 1, 8, 8)
     blocks = plane.reshape(count, channels, height // 8, 8, width // 8, 8).transpose(3, 4)
-    waves = basis @ blocks @ basis.T
-    blocks = basis.T @ ((waves / step).round() * step) @ basis
+    # Only products with one matrix on the right: each is one large product, not many tiny ones.
+    waves = (blocks @ basis.T).transpose(-1, -2) @ basis.T  # transposed
+    waves = (waves / step).round() * step
+    blocks = (waves @ basis).transpose(-1, -2) @ basis
     return blocks.transpose(3, 4).reshape(count, channels, height, width)

