@@ -46,10 +46,10 @@ class Sample:
 
 def shrunk(sample: Sample) -> Sample:
     """The sample, its longest side shrunk to at most ``LONGEST_SIDE_PX``."""
-    return resized(sample, within((sample.image.shape[0], sample.image.shape[1])))
+    return sample_at(sample, within((sample.image.shape[0], sample.image.shape[1])))
 
 
-def resized(sample: Sample, size: tuple[int, int]) -> Sample:
+def sample_at(sample: Sample, size: tuple[int, int]) -> Sample:
     """The sample at a smaller (H, W)."""
     height, width = sample.image.shape[:2]
     if size == (height, width):

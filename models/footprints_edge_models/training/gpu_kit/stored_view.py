@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES, Sample, resized
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES, Sample, sample_at
 
 VISIBLE_CODES = (NO, YES, UNKNOWN)
 """Labels of visible ground by their code, the label byte's lowest two bits."""
@@ -68,7 +68,7 @@ def stored_view(sample: Sample, most_px: int) -> StoredView:
     height, width = sample.image.shape[:2]
     if height * width > most_px:
         scale = math.sqrt(most_px / (height * width))
-        sample = resized(sample, (int(height * scale), int(width * scale)))
+        sample = sample_at(sample, (int(height * scale), int(width * scale)))
     labels = _codes(sample.visible_ground, VISIBLE_CODES)
     labels |= _codes(sample.ground, GROUND_CODES) << GROUND_SHIFT
     if sample.moving is not None:

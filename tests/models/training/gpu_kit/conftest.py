@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES, Sample
+from footprints_edge_models.sample import Sample
+from footprints_edge_models.training.gpu_kit.stored_view import GROUND_CODES, VISIBLE_CODES
 
 SIZE = (60, 96)
 
@@ -23,8 +24,8 @@ def made_sample(seed, size=SIZE):
         f"made/{seed}",
         image,
         Intrinsics(90.0, 100.0, size[1] / 2 - 3, size[0] / 2 + 2),
-        blocks([NO, YES, UNKNOWN]),
-        blocks([NO, YES, UNSEEN, FOOTPRINT, UNKNOWN]),
+        blocks(VISIBLE_CODES),
+        blocks(GROUND_CODES),
         (2 + rows / 10).astype(np.float16),
         np.where(rows % 16 > 3, 3 + columns / 20, 0).astype(np.float16),
         blocks([0, 1]),

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 import torch
 
+from footprints_edge_models import sample as labels_of_samples
 from footprints_edge_models.training.gpu_kit.device_store import DeviceStore
 from footprints_edge_models.training.gpu_kit.stored_view import (
+    GROUND_CODES,
+    VISIBLE_CODES,
     StoredView,
     as_sample,
     stored_view,
@@ -31,6 +34,13 @@ def test_a_sample_survives_storing_and_the_way_between_processes(sample):
         assert np.array_equal(getattr(back, name), getattr(each, name)), name
     assert np.array_equal(back.ground_depth_m, each.ground_depth_m)
     assert back.intrinsics == each.intrinsics
+
+
+def test_every_label_that_there_is_can_be_stored():
+    names = ("NO", "YES", "UNSEEN", "FOOTPRINT", "UNLIKELY", "UNKNOWN")
+    labels = {value for name, value in vars(labels_of_samples).items() if name in names}
+    assert labels == set(GROUND_CODES)
+    assert set(VISIBLE_CODES) < labels
 
 
 def test_a_large_sample_is_shrunk_and_its_camera_with_it(sample):
