@@ -8,6 +8,7 @@ import typer
 
 from footprints_edge.cli.exit_codes import explained
 from footprints_edge_models.cli.options import Data, Init, Seed, size_of
+from footprints_edge_models.cli.train import Balance
 
 
 def gpu_kit(
@@ -28,6 +29,13 @@ def gpu_kit(
     footprint_weight: Annotated[
         float, typer.Option(help="Weight of footprints in the loss of S* (eq. 3b).")
     ] = 5.0,
+    balance: Annotated[
+        Balance, typer.Option(help="How pixels of S* are weighed against each other.")
+    ] = Balance.NONE,
+    relative_depth: Annotated[
+        float, typer.Option(help="Weight of the relative depth loss beside the paper's.")
+    ] = 0.0,
+    dice: Annotated[float, typer.Option(help="Weight of the soft Dice loss of both masks.")] = 0.0,
     seed: Seed = 0,
     research: Annotated[
         bool, typer.Option(help="Also take data whose licence allows research alone.")
@@ -50,14 +58,14 @@ def gpu_kit(
         from footprints_edge_models.training.gpu_kit.folder import build_kit
         from footprints_edge_models.training.gpu_kit.kit_settings import KitSettings
 
-        settings = KitSettings(
-            network="edge",
-            size=size_of(size),
-            shares={},
-            hidden_weight=hidden_weight,
-            footprint_weight=footprint_weight,
-            seed=seed,
-        )
+        recipe = {
+            "hidden_weight": hidden_weight,
+            "footprint_weight": footprint_weight,
+            "balance": balance.value,
+            "relative_depth": relative_depth,
+            "dice": dice,
+        }
+        settings = KitSettings(size_of(size), {}, seed, recipe)
         sizes = build_kit(
             output,
             data,

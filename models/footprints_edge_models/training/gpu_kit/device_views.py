@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT, LAMBDA, Targets
 from footprints_edge_models.networks.channels import MAX_DEPTH_M, MIN_DEPTH_M
 from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES
-from footprints_edge_models.training.batches import Batch
 from footprints_edge_models.training.gpu_kit.device_store import StoredBatch
 from footprints_edge_models.training.gpu_kit.stored_view import (
     GROUND_CODES,
@@ -23,6 +22,9 @@ from footprints_edge_models.training.gpu_kit.stored_view import (
     VISIBLE_CODES,
     VISIBLE_MASK,
 )
+
+DeviceBatch = tuple[torch.Tensor, Targets]
+"""RGB float32 (B, 3, h, w) in [0, 1], and its targets, on one device."""
 
 _OUTSIDE = VISIBLE_CODES.index(UNKNOWN) | GROUND_CODES.index(UNKNOWN) << GROUND_SHIFT
 _SHARPER = 1.25
@@ -97,7 +99,7 @@ def draw_cameras(
     )
 
 
-def cut_views(stored: StoredBatch, cameras: VirtualCameras, size: tuple[int, int]) -> Batch:
+def cut_views(stored: StoredBatch, cameras: VirtualCameras, size: tuple[int, int]) -> DeviceBatch:
     """What virtual cameras see of stored views: pictures (B, 3, h, w) in [0, 1], and targets.
 
     Pictures are sampled bilinearly, mirrored at their edges; labels and depths by the nearest

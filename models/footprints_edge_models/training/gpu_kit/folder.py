@@ -21,7 +21,11 @@ import footprints_edge_models
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.mixture import TrainingDataset, load_datasets
-from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
+from footprints_edge_models.networks.checkpoint import (
+    load_weights,
+    read_checkpoint,
+    stated_focal_px,
+)
 from footprints_edge_models.networks.registry import NETWORKS
 from footprints_edge_models.sample import Sample
 from footprints_edge_models.training.gpu_kit.kit_settings import (
@@ -35,7 +39,8 @@ from footprints_edge_models.training.gpu_kit.slim_pack import write_slim_pack
 from footprints_edge_models.training.gpu_kit.stored_view import stored_view
 from footprints_edge_models.training.gpu_kit.timed_run import SCENES, RunSize
 from footprints_edge_models.training.gpu_kit.view_shard import ShardView, write_shard
-from footprints_edge_models.training.trainer import _save_weights
+from footprints_edge_models.training.recipe import Recipe
+from footprints_edge_models.training.run_files import save_weights
 
 logger = logging.getLogger(__name__)
 
@@ -176,16 +181,17 @@ def _wheels(folder: Path | None, scratch: Path) -> Sequence[Path]:
 
 
 def _write_initial(path: Path, settings: KitSettings, init: Path | None) -> None:
-    spec = NETWORKS[settings.network]
+    spec = NETWORKS[settings.recipe.get("network", Recipe.network)]
     torch.manual_seed(settings.seed)
     if init is None:
         if spec.pretrained is None:
             raise DatasetError(f"network {spec.name}: no pretrained encoder; give initial weights")
-        network = spec.pretrained()
+        network, focal_px = spec.pretrained(), spec.focal_px
     else:
-        network = spec.build()
-        load_weights(network, read_checkpoint(init), str(init))
-    _save_weights(network, path)
+        network, weights = spec.build(), read_checkpoint(init)
+        load_weights(network, weights, str(init))
+        focal_px = stated_focal_px(weights, str(init))
+    save_weights(network, focal_px, path)
 
 
 def _views(

@@ -16,20 +16,16 @@ class KitSettings:
     """What a run with a kit does, besides its length.
 
     Attributes:
-        network: Key of ``NETWORKS``.
         size: (h, w) of a batch of landscape views.
         shares: How often each data set is drawn, relative to the others.
-        hidden_weight: See ``Recipe``.
-        footprint_weight: See ``Recipe``.
         seed: Of scenes and training.
+        recipe: Further fields of ``Recipe``, such as the weights of its losses.
     """
 
-    network: str
     size: tuple[int, int]
     shares: dict[str, float]
-    hidden_weight: float
-    footprint_weight: float
     seed: int
+    recipe: dict[str, Any]
 
     def to_json(self) -> str:
         """For :func:`read_kit_settings`."""

@@ -9,7 +9,7 @@ import torch
 from torch import nn
 
 from footprints_edge_models.networks.registry import Network
-from footprints_edge_models.training.batches import Batch
+from footprints_edge_models.training.gpu_kit.device_views import DeviceBatch
 from footprints_edge_models.training.losses import multiscale_losses
 from footprints_edge_models.training.recipe import Recipe, switched
 from footprints_edge_models.training.trainer import (
@@ -26,13 +26,14 @@ class Learner:
     Attributes:
         network: What learns.
         average: Its moving average, the one to use.
+        focal_px: Canonical focal length of the weights.
         device: Where both are.
     """
 
     def __init__(self, recipe: Recipe, device: torch.device) -> None:
         """The network that the recipe begins with, on a device."""
         torch.manual_seed(recipe.seed)
-        network, pretrained = _initial_network(recipe)
+        network, self.focal_px, pretrained = _initial_network(recipe)
         self.network: Network = network.to(device)
         self.device = device
         self._recipe = recipe
@@ -54,20 +55,20 @@ class Learner:
         # their memory is another one now
         self._now, self._mean = (_floating(network) for network in (self.network, self.average))
 
-    def gradients(self, batch: Batch) -> torch.Tensor:
-        """Losses of a batch, in the order of LOSSES, unread; their gradients."""
+    def gradients(self, batch: DeviceBatch) -> dict[str, torch.Tensor]:
+        """The losses of a batch, unread, and their gradients."""
         image, targets = batch
         image = image.contiguous(memory_format=self._layout)
         # bfloat16 keeps float32's range: no loss scaling; the outputs and losses stay float32.
         with torch.autocast(self.device.type, torch.bfloat16, enabled=_has_bfloat16(self.device)):
             scales = self.network.scales(image)
-        parts = multiscale_losses(scales, switched(targets, self._recipe))
+        parts = multiscale_losses(scales, switched(targets, self._recipe), self._recipe.terms)
         self._optimizer.zero_grad(set_to_none=True)
         parts["loss"].backward()  # type: ignore[no-untyped-call]
-        return torch.stack([parts[name].detach() for name in LOSSES])
+        return {name: part.detach() for name, part in parts.items()}
 
-    def step(self, batch: Batch, rate: float) -> torch.Tensor:
-        """One step at a share of the peak rates; the losses as :meth:`gradients` gives them."""
+    def step(self, batch: DeviceBatch, rate: float) -> dict[str, torch.Tensor]:
+        """One step at a share of the peak rates; the losses, unread."""
         for group in self._optimizer.param_groups:
             group["lr"] = group["peak"] * rate
         losses = self.gradients(batch)
@@ -75,6 +76,10 @@ class Learner:
         self._optimizer.step()
         self._update_average()
         return losses
+
+    def restart_average(self) -> None:
+        """As the trainer does where the decay begins: what was averaged before is soon old."""
+        self._steps = 0
 
     def keep(self) -> None:
         """Remembers the weights, to come back to."""
@@ -110,7 +115,3 @@ def _floating(network: nn.Module) -> list[torch.Tensor]:
     """Its parameters and buffers, but for counters."""
     tensors = (*network.parameters(), *network.buffers())
     return [tensor.detach() for tensor in tensors if tensor.is_floating_point()]
-
-
-LOSSES = ("visible_ground", "ground", "visible_depth", "ground_depth", "loss")
-"""Names of what a step returns."""

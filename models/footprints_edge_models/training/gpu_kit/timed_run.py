@@ -12,12 +12,15 @@ import torch
 
 from footprints_edge.foundation.cores import usable_cores
 from footprints_edge_models.data.mixture import TrainingDataset
-from footprints_edge_models.networks.edge import focal_px_at
 from footprints_edge_models.sample import Sample
-from footprints_edge_models.training.batches import Batch, view_size
+from footprints_edge_models.training.batches import view_size
 from footprints_edge_models.training.gpu_kit.device_colours import jitter
 from footprints_edge_models.training.gpu_kit.device_store import BYTES_PER_PX, DeviceStore
-from footprints_edge_models.training.gpu_kit.device_views import cut_views, draw_cameras
+from footprints_edge_models.training.gpu_kit.device_views import (
+    DeviceBatch,
+    cut_views,
+    draw_cameras,
+)
 from footprints_edge_models.training.gpu_kit.kit_settings import (
     ASSETS,
     INITIAL_WEIGHTS,
@@ -25,13 +28,14 @@ from footprints_edge_models.training.gpu_kit.kit_settings import (
     KitSettings,
     read_kit_settings,
 )
-from footprints_edge_models.training.gpu_kit.learner import LOSSES, Learner
+from footprints_edge_models.training.gpu_kit.learner import Learner
 from footprints_edge_models.training.gpu_kit.scene_stream import SceneStream, SceneViews
 from footprints_edge_models.training.gpu_kit.stored_view import as_sample
 from footprints_edge_models.training.gpu_kit.view_shard import read_shard
 from footprints_edge_models.training.plots import draw_curves, draw_predictions
 from footprints_edge_models.training.recipe import Recipe
-from footprints_edge_models.training.trainer import _append, _save_weights
+from footprints_edge_models.training.run_files import append_row, save_weights
+from footprints_edge_models.training.schedule import ScheduleStage
 from footprints_edge_models.training.validation import validate_all
 
 logger = logging.getLogger(__name__)
@@ -40,7 +44,6 @@ SCENES = "synthetic_scenes"
 """The data set that made views belong to."""
 BASE_BATCH = 12
 """The recipe's learning rates are for this batch; they grow with the root of it."""
-DECAY_SHARE = 0.25
 READ_EVERY = 20
 """Steps between two readings of the loss: a reading waits for the device."""
 
@@ -80,17 +83,6 @@ class RunSize:
     def toy(cls) -> "RunSize":
         """For a rehearsal on a CPU."""
         return cls((64, 96), 4, 5, 200, 2.0, 4.0, 8.0, 5.0, 3)
-
-
-def rate_at(step: int, share: float, warmup_steps: int) -> float:
-    """Learning rate as a share of the peak: warm-up by steps, constant, decay to 0 by the clock.
-
-    Args:
-        step: Steps done.
-        share: Share of the time that is over.
-        warmup_steps: Of linear warm-up.
-    """
-    return max(0.0, min((step + 1) / warmup_steps, 1.0, (1 - share) / DECAY_SHARE))
 
 
 def run_kit(
@@ -181,24 +173,25 @@ class _TimedRun:
             torch.backends.cudnn.benchmark = True  # three shapes of batches, each very often
             torch.set_num_threads(2)  # the other cores make scenes
         scale = math.sqrt(batch / BASE_BATCH)
-        recipe = Recipe(
-            (),
+        self._recipe = Recipe(
+            (ScheduleStage(how.size, 1),),
             batch=batch,
-            network=settings.network,
             encoder_lr=Recipe.encoder_lr * scale,
             decoder_lr=Recipe.decoder_lr * scale,
             seed=settings.seed,
-            hidden_weight=settings.hidden_weight,
-            footprint_weight=settings.footprint_weight,
+            warmup_steps=how.warmup_steps,
+            minutes=clock.length_s / 60,
             init=str(kit / INITIAL_WEIGHTS),
+            **settings.recipe,
         )
-        self._learner = Learner(recipe, device)
+        self._learner = Learner(self._recipe, device)
         self._store = DeviceStore(device, how.slot_px, _most_views(how, device))
         self._held_out = self._fill(kit)
         self._rng = np.random.default_rng(settings.seed)
         self._generator = torch.Generator(device).manual_seed(settings.seed)
         self._weights = out / "weights.pt"
-        self._window: list[torch.Tensor] = []
+        self._window: list[dict[str, torch.Tensor]] = []
+        self._is_decaying = False
         self._step = self._pictures = 0
         self._caution = 1.0
         self._told = (clock.s, 0, 0)
@@ -259,7 +252,11 @@ class _TimedRun:
 
     def _learn(self, time_share: float) -> bool:
         """One step; False where memory ran out: the next one is smaller."""
-        rate = self._caution * rate_at(self._step, time_share, self._how.warmup_steps)
+        decayed = self._recipe.decayed(self._step, time_share)
+        if decayed > 0 and not self._is_decaying:
+            self._is_decaying = True
+            self._learner.restart_average()
+        rate = self._caution * self._recipe.lr_factor(self._step, decayed)
         try:
             if self._step == 0 and self._device.type == "cuda":
                 self._warm_up()
@@ -302,13 +299,14 @@ class _TimedRun:
         torch.cuda.synchronize(self._device)
         return (time.monotonic() - start) / repeats
 
-    def _cut(self) -> Batch:
+    def _cut(self) -> DeviceBatch:
         """A random batch; all its work is done by the device."""
         size = view_size(self._how.size, self._rng)
-        focal_px = focal_px_at(self._how.size)
         numbers = self._store.draw(self._batch, self._settings.shares, self._rng)
         stored = self._store.batch(numbers)
-        cameras = draw_cameras(stored.sizes, stored.intrinsics, size, focal_px, self._rng)
+        cameras = draw_cameras(
+            stored.sizes, stored.intrinsics, size, self._learner.focal_px, self._rng
+        )
         with torch.no_grad():
             image, targets = cut_views(stored, cameras, size)
             return jitter(image, self._rng, self._generator), targets
@@ -317,11 +315,13 @@ class _TimedRun:
         """Writes the mean losses since the last reading; goes back where they are no numbers."""
         if not self._window:
             return
-        values = torch.stack(self._window).mean(dim=0).tolist()
+        names = list(self._window[0])
+        sums = torch.stack([part for parts in self._window for part in parts.values()])
+        values = sums.reshape(-1, len(names)).mean(dim=0).tolist()
         self._window.clear()
         if all(map(math.isfinite, values)):
-            row = {"step": self._step, **dict(zip(LOSSES, values, strict=True))}
-            _append(self._out / "train.csv", row)
+            row = {"step": self._step, **dict(zip(names, values, strict=True))}
+            append_row(self._out / "train.csv", row)
             return
         self._caution /= 2
         logger.warning(
@@ -335,15 +335,19 @@ class _TimedRun:
         tensors = self._learner.average.state_dict().values()
         if torch.stack([tensor.float().sum() for tensor in tensors]).isfinite().all():
             self._learner.keep()
-            _save_weights(self._learner.average, self._weights)
+            save_weights(self._learner.average, self._learner.focal_px, self._weights)
 
     def _validate(self) -> None:
         scores = validate_all(
-            self._learner.average, self._held_out, self._how.size, self._how.validated
+            self._learner.average,
+            self._held_out,
+            self._how.size,
+            self._learner.focal_px,
+            self._how.validated,
         )
         for name, each in scores.items():
             row = {"step": self._step, "dataset": name, **asdict(each)}
-            _append(self._out / "validation.csv", row)
+            append_row(self._out / "validation.csv", row)
             logger.info("step %d, %s: %s", self._step, name, each)
 
     def _draw(self) -> None:
@@ -371,7 +375,7 @@ class _TimedRun:
             "views_waiting": self._stream.waiting,
             "device_gb": torch.cuda.max_memory_allocated(self._device) / 1e9 if on_gpu else 0.0,
         }
-        _append(self._out / "machine.csv", row)
+        append_row(self._out / "machine.csv", row)
         told = (f"{k} {v:.4g}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items())
         logger.info("%s%s", ", ".join(told), "" if self._stream.alive else "; no more scenes")
 

@@ -32,6 +32,7 @@ def assert_the_same(ours, theirs):
     """Pictures to OpenCV's precision; labels and depths but for a pixel at some edge."""
     image, targets = ours
     expected, expected_targets = theirs
+    expected = expected / 255
     assert image.shape == expected.shape
     assert (image - expected).abs().max() < 2.5 / 255
     for field in fields(Targets):

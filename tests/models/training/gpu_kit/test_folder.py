@@ -73,7 +73,7 @@ def test_a_kit_says_what_its_parts_take(kit):
 
 
 def build(folder, data, wheels, megabytes):
-    settings = KitSettings("edge", (64, 96), {}, 5.0, 5.0, 0)
+    settings = KitSettings((64, 96), {}, 0, {"hidden_weight": 5.0})
     most_bytes = int(megabytes * 1e6)
     runner = folder.parent / "run.py"
     runner.write_text("")

@@ -6,8 +6,7 @@ import torch
 from footprints_edge_models.data.augmentation import render_view
 from footprints_edge_models.networks.edge import EdgeNetwork
 from footprints_edge_models.training.batches import stack
-from footprints_edge_models.training.gpu_kit.learner import LOSSES, Learner
-from footprints_edge_models.training.gpu_kit.timed_run import rate_at
+from footprints_edge_models.training.gpu_kit.learner import Learner
 from footprints_edge_models.training.recipe import Recipe
 
 CPU = torch.device("cpu")
@@ -22,7 +21,9 @@ def recipe(tmp_path):
 
 @pytest.fixture
 def batch(sample):
-    return stack([render_view(sample(seed), (32, 64), focal_px=70.0) for seed in range(2)])
+    views = [render_view(sample(seed), (32, 64), focal_px=70.0) for seed in range(2)]
+    image, targets = stack(views)
+    return image / 255, targets
 
 
 def weights(network):
@@ -35,7 +36,7 @@ def head(network):
 
 def test_steps_lower_the_loss(recipe, batch):
     learner = Learner(recipe, CPU)
-    losses = [learner.step(batch, 1.0)[LOSSES.index("loss")].item() for _ in range(8)]
+    losses = [learner.step(batch, 1.0)["loss"].item() for _ in range(8)]
     assert losses[-1] < 0.9 * losses[0]
 
 
@@ -62,12 +63,4 @@ def test_a_bad_step_is_undone(recipe, batch):
     learner.go_back()
     for network, state in ((learner.network, good), (learner.average, good_average)):
         assert all(torch.equal(now, state[name]) for name, now in network.state_dict().items())
-    assert learner.step(batch, 1.0).isfinite().all()
-
-
-def test_rates_warm_up_by_steps_and_decay_by_the_clock():
-    assert rate_at(0, 0.0, 10) == pytest.approx(0.1)
-    assert rate_at(9, 0.1, 10) == 1
-    assert rate_at(5000, 0.74, 10) == 1
-    assert rate_at(5000, 0.875, 10) == pytest.approx(0.5)
-    assert rate_at(5000, 1.01, 10) == 0
+    assert learner.step(batch, 1.0)["loss"].isfinite()
