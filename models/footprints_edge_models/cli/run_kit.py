@@ -40,6 +40,9 @@ def main() -> None:
 
         import typer
 
+        app = typer.Typer(pretty_exceptions_enable=False, add_completion=False)
+
+        @app.command()
         def run(
             out: Annotated[Path, typer.Option(help="Folder of the results.")],
             minutes: Annotated[float, typer.Option(min=0.2, help="Length of it all.")] = 9.0,
@@ -78,7 +81,7 @@ def main() -> None:
                 )
                 typer.echo(weights)
 
-        typer.run(run)
+        app()
 
 
 if __name__ == "__main__":

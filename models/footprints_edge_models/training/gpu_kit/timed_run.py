@@ -30,7 +30,7 @@ from footprints_edge_models.training.gpu_kit.kit_settings import (
 )
 from footprints_edge_models.training.gpu_kit.learner import Learner
 from footprints_edge_models.training.gpu_kit.scene_stream import SceneStream, SceneViews
-from footprints_edge_models.training.gpu_kit.stored_view import as_sample
+from footprints_edge_models.training.gpu_kit.stored_view import as_sample, stored_view
 from footprints_edge_models.training.gpu_kit.view_shard import read_shard
 from footprints_edge_models.training.plots import draw_curves, draw_predictions
 from footprints_edge_models.training.recipe import Recipe
@@ -242,11 +242,12 @@ class _TimedRun:
         """Puts the kit's views into the store; the held-out ones by data set."""
         held_out: dict[str, list[Sample]] = {}
         for number, each in enumerate(read_shard(kit / SHARD, min(8, usable_cores()))):
+            sample = as_sample(each.view, f"{each.dataset}/{number}")
             if each.split == "train":
-                # scenes that the kit brings make room for fresh ones, in the end
-                self._store.add(each.view, each.dataset, may_go=each.dataset == SCENES)
+                # smaller where this run is; scenes make room for fresh ones, in the end
+                view = stored_view(sample, self._how.slot_px)
+                self._store.add(view, each.dataset, may_go=each.dataset == SCENES)
             else:
-                sample = as_sample(each.view, f"{each.dataset}/{number}")
                 held_out.setdefault(each.dataset, []).append(sample)
         return {name: TrainingDataset((), samples, 0) for name, samples in held_out.items()}
 
