@@ -106,7 +106,7 @@ def _slim_arrays(data: bytes) -> bytes:
 
 
 def _slim_texture(jpeg: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    texture = cv2.imdecode(jpeg, cv2.IMREAD_COLOR)
+    texture = np.asarray(cv2.imdecode(jpeg, cv2.IMREAD_COLOR))
     scale = TEXTURE_PX / max(texture.shape[:2])
     if scale < 1:
         texture = cv2.resize(texture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)

@@ -42,7 +42,8 @@ def write_shard(path: Path, views: Iterable[ShardView], quality: int = 90) -> di
         views: Not all in memory at once.
         quality: Of the JPEGs.
     """
-    index, taken = [], {}
+    index: list[list[object]] = []
+    taken: dict[str, int] = {}
     part = path.with_suffix(".part")
     with zipfile.ZipFile(part, "w", zipfile.ZIP_STORED) as archive:
         for number, each in enumerate(views):
