@@ -16,7 +16,7 @@ from footprints_edge.parallel.processes import run_in_processes
 from footprints_edge.parallel.serial import run_serially
 from footprints_edge_models.asset_files.pack import AssetPack
 from footprints_edge_models.scenes.assets.models import ModelLibrary
-from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
+from footprints_edge_models.scenes.assets.textures.library import SceneSplit, TextureLibrary
 from footprints_edge_models.scenes.credits import write_credits
 from footprints_edge_models.scenes.generate import SyntheticScene, generate_scene
 from footprints_edge_models.scenes.ground_truth.boxes import boxes_of
@@ -93,14 +93,12 @@ def make_scenes(
         SceneFilesError: the folder was begun with other settings.
         AssetError: the pack cannot be read.
     """
-    library = TextureLibrary.over(settings.split, textures)
+    library = scene_library(settings.split, textures, assets)
     named = tuple(
         (path.resolve().name, sum(path in photo.parents for photo in library.photos))
         for path in textures
     )
     pack = None if assets is None else AssetPack(assets)
-    if assets is not None:
-        library = replace(library, models=ModelLibrary(assets, settings.split))
     settings = replace(settings, textures=named, assets=pack.fingerprint if pack else "")
     write_settings(folder, settings)
     job, numbers = SceneJob(folder, settings, library), range(first, first + count)
@@ -114,6 +112,20 @@ def make_scenes(
             write_credits(folder, pack)
     if settings.split == "test":
         _gather_boxes(folder)
+
+
+def scene_library(split: SceneSplit, textures: list[Path], assets: Path | None) -> TextureLibrary:
+    """What the scenes of a split are made of.
+
+    Args:
+        split: train or test.
+        textures: folders of photos.
+        assets: pack of 3D models; see ``asset_files.pack``.
+    """
+    library = TextureLibrary.over(split, textures)
+    if assets is not None:
+        library = replace(library, models=ModelLibrary(assets, split))
+    return library
 
 
 def _write_solids(folder: Path, name: str, made: SyntheticScene) -> None:

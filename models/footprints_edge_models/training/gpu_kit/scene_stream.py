@@ -10,7 +10,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -20,9 +20,9 @@ from footprints_edge.parallel.job import ItemOutcome
 from footprints_edge.parallel.processes import run_in_processes
 from footprints_edge_models.data.readers.synthetic_scenes import scene_sample
 from footprints_edge_models.sample import Sample
-from footprints_edge_models.scenes.assets.models import ModelLibrary
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
 from footprints_edge_models.scenes.generate import generate_scene
+from footprints_edge_models.scenes.make import scene_library
 from footprints_edge_models.training.gpu_kit.stored_view import StoredView, stored_view
 
 logger = logging.getLogger(__name__)
@@ -59,10 +59,7 @@ class SceneViews:
     @classmethod
     def of(cls, assets: Path | None, seed: int, size: Size, most_px: int) -> "SceneViews":
         """Scenes of the training split, with a pack of assets or without."""
-        library = TextureLibrary.over("train", [])
-        if assets is not None:
-            library = replace(library, models=ModelLibrary(assets, "train"))
-        return cls(library, seed, size, most_px)
+        return cls(scene_library("train", [], assets), seed, size, most_px)
 
     def finished(self, number: int) -> list[bytes] | None:  # noqa: ARG002  (a job has it)
         """Nothing is kept."""
