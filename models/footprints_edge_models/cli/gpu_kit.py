@@ -54,7 +54,6 @@ def gpu_kit(
     On the machine: python FOLDER/run.py --minutes 9 --out RESULTS
     """
     with explained("train"):
-        from footprints_edge_models.cli import run_kit
         from footprints_edge_models.training.gpu_kit.folder import build_kit
         from footprints_edge_models.training.gpu_kit.kit_settings import KitSettings
 
@@ -69,7 +68,7 @@ def gpu_kit(
         sizes = build_kit(
             output,
             data,
-            Path(run_kit.__file__),
+            Path(__file__).with_name("run_kit.py"),
             settings,
             assets=assets,
             init=init,

@@ -45,7 +45,7 @@ def main() -> None:
         @app.command()
         def run(
             out: Annotated[Path, typer.Option(help="Folder of the results.")],
-            minutes: Annotated[float, typer.Option(min=0.2, help="Length of it all.")] = 9.0,
+            minutes: Annotated[float, typer.Option(min=0.1, help="Length of it all.")] = 9.0,
             device: Annotated[str, typer.Option(help="cpu, cuda, or auto.")] = "auto",
             batch: Annotated[int | None, typer.Option(min=1, help="Views a step.")] = None,
             processes: Annotated[

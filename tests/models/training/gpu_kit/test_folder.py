@@ -16,6 +16,7 @@ from footprints_edge_models.networks.checkpoint import load_weights, read_checkp
 from footprints_edge_models.networks.edge import EdgeNetwork
 from footprints_edge_models.scenes.make import make_scenes
 from footprints_edge_models.scenes.storage.files import SceneSettings
+from footprints_edge_models.training.gpu_kit import folder as folder_of_kit
 from footprints_edge_models.training.gpu_kit.folder import build_kit
 from footprints_edge_models.training.gpu_kit.kit_settings import KitSettings
 from footprints_edge_models.training.gpu_kit.view_shard import read_shard
@@ -72,6 +73,16 @@ def test_a_kit_says_what_its_parts_take(kit):
     assert sum(sizes.values()) < 10e6
 
 
+@pytest.fixture
+def code_of_four_megabytes(monkeypatch):
+    """Stands in for the code, whose compression takes long."""
+
+    def write(path, *_):
+        path.write_bytes(bytes(4_000_000))
+
+    monkeypatch.setattr(folder_of_kit, "_write_code", write)
+
+
 def build(folder, data, wheels, megabytes):
     settings = KitSettings((64, 96), {}, 0, {"hidden_weight": 5.0})
     most_bytes = int(megabytes * 1e6)
@@ -82,12 +93,14 @@ def build(folder, data, wheels, megabytes):
     )
 
 
+@pytest.mark.usefixtures("code_of_four_megabytes")
 def test_data_for_research_travels_only_where_asked_for(data, wheels, tmp_path):
     build(tmp_path / "kit", data, wheels, 10)
     views = read_shard(tmp_path / "kit" / "views.zip")
     assert [view.dataset for view in views] == ["synthetic_scenes"] * 3
 
 
+@pytest.mark.usefixtures("code_of_four_megabytes")
 def test_a_kit_that_cannot_fit_is_refused(data, wheels, tmp_path):
     with pytest.raises(DatasetError, match=r"of 3\.0: code\.tar\.xz"):
         build(tmp_path / "kit", data, wheels, 3)
@@ -108,7 +121,7 @@ def test_a_run_from_the_kit_alone(kit, tmp_path):
     done = subprocess.run(
         [
             *(sys.executable, str(folder / "run.py"), "--out", str(out)),
-            *("--minutes", "0.25", "--toy", "--device", "cpu", "--processes", "1"),
+            *("--minutes", "0.1", "--toy", "--device", "cpu", "--processes", "1"),
         ],
         capture_output=True,
         text=True,
