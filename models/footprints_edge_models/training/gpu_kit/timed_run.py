@@ -194,6 +194,7 @@ class _TimedRun:
         self._is_decaying = False
         self._step = self._pictures = 0
         self._caution = 1.0
+        self._validated = 0
         self._told = (clock.s, 0, 0)
 
     def train(self) -> None:
@@ -339,6 +340,9 @@ class _TimedRun:
             save_weights(self._learner.average, self._learner.focal_px, self._weights)
 
     def _validate(self) -> None:
+        if self._validated == self._step:
+            return
+        self._validated = self._step
         scores = validate_all(
             self._learner.average,
             self._held_out,
