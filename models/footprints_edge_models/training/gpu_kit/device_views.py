@@ -10,9 +10,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT, LAMBDA, Targets
+from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT, LAMBDA, UNLIKELY_WEIGHT, Targets
 from footprints_edge_models.networks.channels import MAX_DEPTH_M, MIN_DEPTH_M
-from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES
+from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNLIKELY, UNSEEN, YES
 from footprints_edge_models.training.gpu_kit.device_store import StoredBatch
 from footprints_edge_models.training.gpu_kit.stored_view import (
     GROUND_CODES,
@@ -191,7 +191,7 @@ def _targets(label: torch.Tensor, depths_m: torch.Tensor) -> Targets:
         ground=is_ground(YES),
         ground_weight=is_ground(YES),
         untraversable=is_ground(NO) + FOOTPRINT_WEIGHT * is_ground(FOOTPRINT),
-        unknown_weight=LAMBDA * is_ground(UNSEEN),
+        unknown_weight=LAMBDA * is_ground(UNSEEN) + UNLIKELY_WEIGHT * is_ground(UNLIKELY),
         moving=(label & MOVING_BIT > 0).float(),
         visible_depth_m=depths_m[..., 0],
         ground_depth_m=depths_m[..., 1],

@@ -11,11 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge_models.sample import FOOTPRINT, NO, UNKNOWN, UNSEEN, YES, Sample, sample_at
+from footprints_edge_models.sample import (
+    FOOTPRINT,
+    NO,
+    UNKNOWN,
+    UNLIKELY,
+    UNSEEN,
+    YES,
+    Sample,
+    sample_at,
+)
 
 VISIBLE_CODES = (NO, YES, UNKNOWN)
 """Labels of visible ground by their code, the label byte's lowest two bits."""
-GROUND_CODES = (NO, YES, UNSEEN, FOOTPRINT, UNKNOWN)
+GROUND_CODES = (NO, YES, UNSEEN, FOOTPRINT, UNLIKELY, UNKNOWN)
 """Labels of ground by their code, the next three bits."""
 VISIBLE_MASK, GROUND_SHIFT, GROUND_MASK, MOVING_BIT = 3, 2, 7, 32
 
