@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from footprints_edge.model import load as load
     from footprints_edge.navigation.occupancy_grid import OccupancyGrid as OccupancyGrid
     from footprints_edge.navigation.path_planning import GroundPath as GroundPath
+    from footprints_edge.navigation.range_scan import RangeScan as RangeScan
     from footprints_edge.prediction import Prediction as Prediction
     from footprints_edge.video.smoothing import Tracker as Tracker
 
@@ -55,6 +56,7 @@ _PUBLIC = {
     "model": ("Model", "load"),
     "navigation.occupancy_grid": ("OccupancyGrid",),
     "navigation.path_planning": ("GroundPath",),
+    "navigation.range_scan": ("RangeScan",),
     "prediction": ("Prediction",),
     "video.smoothing": ("Tracker",),
 }

@@ -40,7 +40,7 @@ def infer(
         typer.Option(
             "--format",
             help="Output formats, separated by commas: overlay (default), npz, png16, json, ply, "
-            "topdown, topdown_picture. For videos: overlay, json.",
+            "topdown, topdown_npz, topdown_ply, topdown_picture. For videos: overlay, json.",
         ),
     ] = None,
     model: Annotated[
