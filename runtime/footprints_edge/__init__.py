@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from footprints_edge.errors import CameraPoseError as CameraPoseError
     from footprints_edge.errors import FootprintsError as FootprintsError
     from footprints_edge.errors import GroundPlaneError as GroundPlaneError
     from footprints_edge.errors import ImageError as ImageError
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from footprints_edge.errors import VideoError as VideoError
     from footprints_edge.foundation.version import __version__ as __version__
     from footprints_edge.geometry.camera import Intrinsics as Intrinsics
+    from footprints_edge.geometry.camera_pose import CameraPose as CameraPose
     from footprints_edge.geometry.ground_plane import GroundPlane as GroundPlane
     from footprints_edge.model import Model as Model
     from footprints_edge.model import load as load
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 
 _PUBLIC = {
     "errors": (
+        "CameraPoseError",
         "FootprintsError",
         "GroundPlaneError",
         "ImageError",
@@ -52,6 +55,7 @@ _PUBLIC = {
     ),
     "foundation.version": ("__version__",),
     "geometry.camera": ("Intrinsics",),
+    "geometry.camera_pose": ("CameraPose",),
     "geometry.ground_plane": ("GroundPlane",),
     "model": ("Model", "load"),
     "navigation.occupancy_grid": ("OccupancyGrid",),

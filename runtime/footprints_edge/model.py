@@ -8,9 +8,10 @@ from typing import TypeAlias
 
 from footprints_edge.engines.engine import Engine
 from footprints_edge.engines.open_engine import open_engine
-from footprints_edge.errors import IntrinsicsError, ModelError
+from footprints_edge.errors import CameraPoseError, IntrinsicsError, ModelError
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.geometry.camera_pose import CameraPose
 from footprints_edge.inputs.images import DecodedImage, ImageSource, decode
 from footprints_edge.inputs.preprocessing import (
     FILTERS,
@@ -85,6 +86,10 @@ class Model:
         intrinsics: Camera | None = None,
         threshold: float = 0.5,
         flatten: bool = True,
+        camera_height_m: float | None = None,
+        pitch_deg: float | None = None,
+        roll_deg: float | None = None,
+        gravity: Sequence[float] | None = None,
     ) -> Prediction:
         """Finds the ground in one picture.
 
@@ -98,6 +103,13 @@ class Model:
             threshold: Probability above which a pixel counts as ground.
             flatten: Snap the ground's depth to the ground plane where the ground is flat, as
                 `Prediction.flattened` does; False keeps the network's depth.
+            camera_height_m: Height of the camera above the ground, metres, if known. What is known
+                of the pose holds, and the rest is fitted. With height, pitch and roll the ground
+                plane is exact, and only the masks are the network's.
+            pitch_deg: Downward pitch of the camera, degrees, if known.
+            roll_deg: Roll about the optical axis, degrees, right side down, if known.
+            gravity: Direction of gravity in camera axes (x right, y down, z forward), instead of
+                pitch and roll.
 
         Returns:
             Maps at the network's input size; see `Prediction.at_image_size`.
@@ -105,6 +117,7 @@ class Model:
         Raises:
             ImageError: If the image cannot be read.
             IntrinsicsError: If the intrinsics are impossible.
+            CameraPoseError: If the pose is impossible, or gravity is given beside pitch or roll.
             ModelError: If the network fails to run.
             ValueError: If the threshold is not between 0 and 1.
         """
@@ -114,6 +127,7 @@ class Model:
             raise IntrinsicsError(
                 f"intrinsics is a {type(intrinsics).__name__}; pass fp.Intrinsics(fx, fy, cx, cy)"
             )
+        pose = _pose_of(camera_height_m, pitch_deg, roll_deg, gravity)
         times = [perf_counter()]
         decoded = self.decode(image)
         times.append(perf_counter())
@@ -131,6 +145,7 @@ class Model:
             threshold=threshold,
             model=ModelInfo(self.name, self.metadata.precision, self.sha256, self.engine.runtime),
             timings_ms=timings_ms,
+            pose=pose,
         )
         if flatten:
             prediction = prediction.flattened()
@@ -167,6 +182,22 @@ def load(
     opened = open_engine(path, engine, threads=threads, providers=providers)
     registry.check(path, opened.sha256)
     return Model(opened)
+
+
+def _pose_of(
+    height_m: float | None,
+    pitch_deg: float | None,
+    roll_deg: float | None,
+    gravity: Sequence[float] | None,
+) -> CameraPose:
+    if gravity is None:
+        return CameraPose(height_m, pitch_deg, roll_deg)
+    if not (pitch_deg is None and roll_deg is None):
+        raise CameraPoseError(
+            f"pitch_deg is {pitch_deg}, roll_deg is {roll_deg} and gravity {gravity!r}; give "
+            "either gravity, or pitch and roll"
+        )
+    return CameraPose.from_gravity(gravity, height_m)
 
 
 def _camera_of(image: DecodedImage, given: Camera | None) -> Intrinsics:

@@ -24,9 +24,9 @@ class Prediction(GroundMaps):
     def flattened(self) -> "Prediction":
         """The same prediction with the ground's depth snapped to `ground_plane`.
 
-        This happens only if most of the ground lies close to the plane, and only to pixels that do:
-        ramps, steps and stairs keep their depth. Without a plane, or without the maps to fit one,
-        it returns the prediction itself.
+        This happens only to pixels that lie close to the plane: ramps, steps and stairs keep their
+        depth. With a known height, pitch and roll it happens to all ground. Without a plane, or
+        without the maps to fit one, it returns the prediction itself.
         """
         from footprints_edge.navigation.ground_flattening import flatten
 

@@ -65,7 +65,7 @@ def nearest_things_m(
         (B,), metres; infinite where nothing stands within `RANGE_M`.
     """
     points = plane.to_ground(backproject(depth_m, intrinsics))[depth_m > 0]
-    x, y, z = points[(points[:, 2] > STEP_HEIGHT_M) & (points[:, 2] < ROBOT_HEIGHT_M)].T
+    x, y = points[(points[:, 2] > STEP_HEIGHT_M) & (points[:, 2] < ROBOT_HEIGHT_M), :2].T
     range_m, bearing = np.hypot(x, y), np.degrees(np.arctan2(y, x))
     found = np.full(len(bearings_deg), np.inf)
     for index, middle in enumerate(bearings_deg):

@@ -65,6 +65,17 @@ def infer(
         float | None,
         typer.Option(help="Horizontal field of view in degrees, instead of --fx and --fy."),
     ] = None,
+    camera_height: Annotated[
+        float | None,
+        typer.Option(help="Height of the camera above the ground in metres, if known."),
+    ] = None,
+    pitch: Annotated[
+        float | None, typer.Option(help="Downward pitch of the camera in degrees, if known.")
+    ] = None,
+    roll: Annotated[
+        float | None,
+        typer.Option(help="Roll of the camera in degrees, right side down, if known."),
+    ] = None,
     path: Annotated[
         tuple[str, str] | None,
         typer.Option(
@@ -118,10 +129,15 @@ def infer(
     """
     with explained():
         from footprints_edge.cli.batch import plan
+        from footprints_edge.cli.camera_options import CameraOptions
         from footprints_edge.model_files.registry import resolve
 
         warnings.filterwarnings("ignore", module=r"PIL\.")  # serious problems raise ImageError
-        camera = _camera(fx, fy, cx, cy, hfov)
+        from footprints_edge.geometry.camera_pose import CameraPose
+
+        camera = CameraOptions(
+            _camera(fx, fy, cx, cy, hfov), CameraPose(camera_height, pitch, roll)
+        )
         wanted = [part.strip() for text in formats or ["overlay"] for part in text.split(",")]
         extra = {".path.png": _path_encoder(path, margin)} if path else {}
         if bev and "overlay" in wanted:
