@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from footprints_edge.geometry.camera import Intrinsics as Intrinsics
     from footprints_edge.geometry.camera_pose import CameraPose as CameraPose
     from footprints_edge.geometry.ground_plane import GroundPlane as GroundPlane
+    from footprints_edge.inputs.calibration import Calibration as Calibration
     from footprints_edge.model import Model as Model
     from footprints_edge.model import load as load
     from footprints_edge.navigation.occupancy_grid import OccupancyGrid as OccupancyGrid
@@ -57,6 +58,7 @@ _PUBLIC = {
     "geometry.camera": ("Intrinsics",),
     "geometry.camera_pose": ("CameraPose",),
     "geometry.ground_plane": ("GroundPlane",),
+    "inputs.calibration": ("Calibration",),
     "model": ("Model", "load"),
     "navigation.occupancy_grid": ("OccupancyGrid",),
     "navigation.path_planning": ("GroundPath",),

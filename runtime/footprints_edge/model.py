@@ -12,6 +12,7 @@ from footprints_edge.errors import CameraPoseError, IntrinsicsError, ModelError
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.camera_pose import CameraPose
+from footprints_edge.inputs.calibration import Calibration
 from footprints_edge.inputs.images import DecodedImage, ImageSource, decode
 from footprints_edge.inputs.preprocessing import (
     FILTERS,
@@ -26,8 +27,9 @@ from footprints_edge.model_files import registry
 from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge.prediction import Prediction
 
-Camera: TypeAlias = Intrinsics | Callable[[Size], Intrinsics]
-"""A camera in pixels of the upright picture, or a function from the picture's (H, W) to one."""
+Camera: TypeAlias = Intrinsics | Calibration | Callable[[Size], Intrinsics]
+"""A camera in pixels of the upright picture, a calibrated lens, or a function from the picture's
+(H, W) to a camera."""
 
 
 class Model:
@@ -98,8 +100,9 @@ class Model:
                 in RGB order.
             intrinsics: The camera of the full upright picture, in its pixels, or a function that
                 makes it from the picture's (H, W), such as
-                `lambda size: Intrinsics.from_hfov(65, size)`. None reads EXIF, or else assumes a
-                field of view; `Prediction.intrinsics.source` says which.
+                `lambda size: Intrinsics.from_hfov(65, size)`. A `Calibration` rectifies the
+                picture first; the results are then for the rectified camera. None reads EXIF, or
+                else assumes a field of view; `Prediction.intrinsics.source` says which.
             threshold: Probability above which a pixel counts as ground.
             flatten: Snap the ground's depth to the ground plane where the ground is flat, as
                 `Prediction.flattened` does; False keeps the network's depth.
@@ -123,13 +126,19 @@ class Model:
         """
         if not 0 <= threshold <= 1:
             raise ValueError(f"threshold is {threshold}; it is a probability: give 0 to 1")
-        if not (intrinsics is None or isinstance(intrinsics, Intrinsics) or callable(intrinsics)):
+        if not (
+            intrinsics is None
+            or isinstance(intrinsics, Intrinsics | Calibration)
+            or callable(intrinsics)
+        ):
             raise IntrinsicsError(
                 f"intrinsics is a {type(intrinsics).__name__}; pass fp.Intrinsics(fx, fy, cx, cy)"
             )
         pose = _pose_of(camera_height_m, pitch_deg, roll_deg, gravity)
         times = [perf_counter()]
         decoded = self.decode(image)
+        if isinstance(intrinsics, Calibration):
+            decoded, intrinsics = intrinsics.rectified(decoded)
         times.append(perf_counter())
         size = self.input_size(decoded.size)
         network_input = preprocess(decoded.pixels, size, self.metadata.resize)
@@ -200,7 +209,9 @@ def _pose_of(
     return CameraPose.from_gravity(gravity, height_m)
 
 
-def _camera_of(image: DecodedImage, given: Camera | None) -> Intrinsics:
+def _camera_of(
+    image: DecodedImage, given: Intrinsics | Callable[[Size], Intrinsics] | None
+) -> Intrinsics:
     if isinstance(given, Intrinsics):
         return given
     if given is not None:

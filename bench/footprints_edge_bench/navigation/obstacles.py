@@ -6,7 +6,7 @@ ground, in the measured or exact depth.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.foundation.types import Floats
 from footprints_edge.geometry.camera import Intrinsics, backproject
+from footprints_edge.geometry.camera_pose import CameraPose
 from footprints_edge.geometry.ground_plane import GroundPlane
 from footprints_edge.navigation.obstacles import ROBOT_HEIGHT_M, STEP_HEIGHT_M
 from footprints_edge.prediction import Prediction
@@ -28,6 +29,9 @@ TOO_FAR, TOO_NEAR = 1.25, 0.75
 
 WALKABLE = ", walkable behind things"
 """Suffix of the rows that take what is not walkable for an obstacle."""
+
+KNOWN_POSE = ", height, pitch and roll known"
+"""Suffix of the rows that are given the true pose of the camera."""
 
 _LEAST_PX = 12
 """Pixels of the true depth that make a thing, within `_DEEP` of its distance."""
@@ -78,9 +82,12 @@ def nearest_things_m(
     return found
 
 
-def reported_m(prediction: Prediction, *, walkable: bool) -> Floats:
-    """The distance to the nearest obstacle that a prediction reports, by `BEARINGS_DEG`."""
-    if walkable:
+def reported_m(prediction: Prediction, suffix: str, true_plane: GroundPlane) -> Floats:
+    """The distance to the nearest obstacle by `BEARINGS_DEG` that the row of a suffix reports."""
+    if suffix == KNOWN_POSE:
+        pose = CameraPose(true_plane.camera_height_m, true_plane.pitch_deg, true_plane.roll_deg)
+        prediction = replace(prediction, pose=pose, laid_onto=None)
+    if suffix == WALKABLE:
         return prediction.walkable_behind_things(range_m=RANGE_M).nearest_obstacle_m(BEARINGS_DEG)
     return prediction.scan(BEARINGS_DEG.tolist()).ranges_m
 
@@ -90,7 +97,7 @@ def score_obstacles(
 ) -> dict[str, list[ObstacleScore]]:
     """Scores of every image that shows ground and has a true obstacle, by the name of the row."""
     scores: dict[str, list[ObstacleScore]] = {
-        row + suffix: [] for row in benchmark.rows() for suffix in ("", WALKABLE)
+        row + suffix: [] for row in benchmark.rows() for suffix in ("", KNOWN_POSE, WALKABLE)
     }
     for item in benchmark.items():
         ground_truth = item.load()
@@ -109,10 +116,10 @@ def score_obstacles(
         if not there.any():
             continue
         for row, prediction in predictions.items():
-            for suffix in ("", WALKABLE):
+            for suffix in ("", KNOWN_POSE, WALKABLE):
                 answered, found = True, np.full(len(BEARINGS_DEG), np.inf, np.float32)
                 try:
-                    found = reported_m(prediction, walkable=bool(suffix))
+                    found = reported_m(prediction, suffix, plane)
                 except GroundPlaneError:
                     answered = False
                 found = np.where(np.isnan(found), np.inf, found).astype(np.float64)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from footprints_edge.geometry.camera import ASSUMED_FOV_DEG
 from footprints_edge.geometry.camera_pose import CameraPose
 
 if TYPE_CHECKING:
@@ -29,3 +30,13 @@ class CameraOptions:
             "pitch_deg": self.pose.pitch_deg,
             "roll_deg": self.pose.roll_deg,
         }
+
+
+def lens_warning(source: str) -> str:
+    """What the terminal says once about a lens that was assumed; empty if it is known."""
+    if source != "assumed":
+        return ""
+    return (
+        f"Assumed a lens of {ASSUMED_FOV_DEG:g} degrees, as nothing is known of it: all metres "
+        "depend on it; --hfov, --fx and --fy, or --camera give the right one."
+    )

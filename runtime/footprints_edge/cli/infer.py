@@ -65,6 +65,15 @@ def infer(
         float | None,
         typer.Option(help="Horizontal field of view in degrees, instead of --fx and --fy."),
     ] = None,
+    camera_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--camera",
+            metavar="FILE",
+            help="Calibration file (YAML of ROS camera_calibration or OpenCV), with distortion: "
+            "pictures are rectified first. Instead of --fx, --fy and --hfov.",
+        ),
+    ] = None,
     camera_height: Annotated[
         float | None,
         typer.Option(help="Height of the camera above the ground in metres, if known."),
@@ -136,7 +145,7 @@ def infer(
         from footprints_edge.geometry.camera_pose import CameraPose
 
         camera = CameraOptions(
-            _camera(fx, fy, cx, cy, hfov), CameraPose(camera_height, pitch, roll)
+            _camera(fx, fy, cx, cy, hfov, camera_file), CameraPose(camera_height, pitch, roll)
         )
         wanted = [part.strip() for text in formats or ["overlay"] for part in text.split(",")]
         extra = {".path.png": _path_encoder(path, margin)} if path else {}
@@ -192,9 +201,20 @@ def main() -> None:
 
 
 def _camera(
-    fx: float | None, fy: float | None, cx: float | None, cy: float | None, hfov: float | None
+    fx: float | None,
+    fy: float | None,
+    cx: float | None,
+    cy: float | None,
+    hfov: float | None,
+    calibration: Path | None,
 ) -> "Camera | None":
     """The camera of the options, as a function of the picture's size; None if not given."""
+    if calibration is not None:
+        from footprints_edge.inputs.calibration import Calibration
+
+        if (fx, fy, cx, cy, hfov) != (None, None, None, None, None):
+            raise typer.BadParameter("give --camera, or --fx, --fy and --hfov, not both")
+        return Calibration.read(calibration)
     from footprints_edge.geometry.camera import Intrinsics
 
     if hfov is not None:

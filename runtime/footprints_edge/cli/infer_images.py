@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from footprints_edge.cli.batch import Batch, Task
-from footprints_edge.cli.camera_options import CameraOptions
+from footprints_edge.cli.camera_options import CameraOptions, lens_warning
 from footprints_edge.cli.exit_codes import complain
 from footprints_edge.cli.progress import ProgressLine, bar
 from footprints_edge.errors import FootprintsError, ImageError
@@ -30,6 +30,7 @@ def infer_images(
     A picture that fails is added to the batch's failures and does not stop the others.
     """
     progress = ProgressLine(shown=len(batch.tasks) > 1 and not quiet)
+    warning = ""
     for done, task in enumerate(batch.tasks):
         progress.show(bar(done, len(batch.tasks), task.source.label))
         try:
@@ -42,6 +43,10 @@ def infer_images(
             batch.failures.append(f"{task.source.label} cannot be processed: {reason}")
             continue
         progress.clear()
+        if not warning and not quiet:
+            warning = lens_warning(prediction.intrinsics.source)
+            if warning:
+                complain(warning)
         if verbose:
             complain(_summary_line(task, prediction))
         for path in task.targets:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from footprints_edge.cli.batch import Batch
-from footprints_edge.cli.camera_options import CameraOptions
+from footprints_edge.cli.camera_options import CameraOptions, lens_warning
 from footprints_edge.cli.exit_codes import INTERRUPTED, complain
 from footprints_edge.cli.progress import ProgressLine
 from footprints_edge.errors import FootprintsError, OutputError
@@ -123,6 +123,8 @@ def _infer_video(
             if path.exists():
                 typer.echo(path)
     if not options.quiet:
+        if camera.intrinsics is None:  # frames have no EXIF
+            complain(lens_warning("assumed"))
         complain(_summary_line(video, stats))
     if not stats.frames and not stats.interrupted:
         raise OutputError(f"{video.name} has no usable frame; {stats.reason or 'it is empty'}")
