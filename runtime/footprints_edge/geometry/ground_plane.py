@@ -284,7 +284,8 @@ def _with_known(
     pose: CameraPose,
 ) -> NDArray[np.float64]:
     """The gradient (3,) of inverse depth, with the known part of the pose instead of the fitted."""
-    fitted = GroundPlane(-gradient / np.linalg.norm(gradient), 1 / np.linalg.norm(gradient), 0.0)
+    length = float(np.linalg.norm(gradient))
+    fitted = GroundPlane(-gradient / length, 1 / length, 0.0)
     pitches = [fitted.pitch_deg] if pose.pitch_deg is None else [pose.pitch_deg]
     rolls = [fitted.roll_deg] if pose.roll_deg is None else [pose.roll_deg]
     if pose.pitch_deg is None and (pose.roll_deg is not None or pose.height_m is not None):

@@ -102,7 +102,8 @@ class Obstacles:
         inside = (place >= 0) & (place < _RANGES) & (bearing >= 0) & (bearing < _BEARINGS)
         found = np.zeros(inside.shape, bool)
         found[inside] = self.occupied[bearing[inside], place[inside]]
-        angle, range_m = (index[self.occupied] for index in _centres())
+        angles, ranges_m = _centres()
+        angle, range_m = angles[self.occupied], ranges_m[self.occupied]
         x, y = range_m * np.cos(angle), range_m * np.sin(angle)
         row = np.floor((places_m[0, 0, 0] - x) / cell_m + 0.5).astype(int)
         column = np.floor((places_m[0, 0, 1] - y) / cell_m + 0.5).astype(int)
@@ -166,7 +167,7 @@ def find_obstacles(prediction: GroundMaps, robot_height_m: float = ROBOT_HEIGHT_
     in_view[bearing[(bearing >= 0) & (bearing < _BEARINGS)]] = True
     depth_m, bearing = depth_m[obstacle], bearing[obstacle]
     range_m = depth_m * np.hypot(forward[obstacle], left[obstacle])
-    _, place = _bins(np.float32(0), range_m)
+    _, place = _bins(np.zeros(1), range_m)
     inside = (place >= 0) & (place < _RANGES) & (bearing >= 0) & (bearing < _BEARINGS)
     index = bearing[inside] * _RANGES + place[inside]
     # a pixel is depth / f wide and high, a bin as wide as an arc

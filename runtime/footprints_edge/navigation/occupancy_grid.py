@@ -62,7 +62,8 @@ class OccupancyGrid:
     @property
     def free(self) -> Mask:
         """Bool (rows, columns): visible ground without an obstacle."""
-        return self.cells == VISIBLE
+        free: Mask = self.cells == VISIBLE
+        return free
 
     @property
     def walkable(self) -> Mask:
