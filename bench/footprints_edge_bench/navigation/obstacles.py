@@ -122,8 +122,8 @@ def score_obstacles(
                     found = reported_m(prediction, suffix, plane)
                 except GroundPlaneError:
                     answered = False
-                found = np.where(np.isnan(found), np.inf, found).astype(np.float64)
-                scores[row + suffix].append(ObstacleScore(found[there], true_m[there], answered))
+                known_m = np.where(np.isnan(found), np.inf, found).astype(np.float64)
+                scores[row + suffix].append(ObstacleScore(known_m[there], true_m[there], answered))
     return scores
 
 

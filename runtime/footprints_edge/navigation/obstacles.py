@@ -105,9 +105,9 @@ class Obstacles:
         angles, ranges_m = _centres()
         angle, range_m = angles[self.occupied], ranges_m[self.occupied]
         x, y = range_m * np.cos(angle), range_m * np.sin(angle)
-        row = np.floor((places_m[0, 0, 0] - x) / cell_m + 0.5).astype(int)
+        row = np.floor((float(places_m[0, 0, 0]) - x) / cell_m + 0.5).astype(int)
         column = np.floor((places_m[0, 0, 1] - y) / cell_m + 0.5).astype(int)
-        rows, columns = found.shape
+        rows, columns = places_m.shape[:2]
         within = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
         found[row[within], column[within]] = True
         return found
