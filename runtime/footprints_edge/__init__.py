@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from footprints_edge.errors import CameraPoseError as CameraPoseError
     from footprints_edge.errors import FootprintsError as FootprintsError
     from footprints_edge.errors import GroundPlaneError as GroundPlaneError
     from footprints_edge.errors import ImageError as ImageError
@@ -26,16 +27,20 @@ if TYPE_CHECKING:
     from footprints_edge.errors import VideoError as VideoError
     from footprints_edge.foundation.version import __version__ as __version__
     from footprints_edge.geometry.camera import Intrinsics as Intrinsics
+    from footprints_edge.geometry.camera_pose import CameraPose as CameraPose
     from footprints_edge.geometry.ground_plane import GroundPlane as GroundPlane
+    from footprints_edge.inputs.calibration import Calibration as Calibration
     from footprints_edge.model import Model as Model
     from footprints_edge.model import load as load
     from footprints_edge.navigation.occupancy_grid import OccupancyGrid as OccupancyGrid
     from footprints_edge.navigation.path_planning import GroundPath as GroundPath
+    from footprints_edge.navigation.range_scan import RangeScan as RangeScan
     from footprints_edge.prediction import Prediction as Prediction
     from footprints_edge.video.smoothing import Tracker as Tracker
 
 _PUBLIC = {
     "errors": (
+        "CameraPoseError",
         "FootprintsError",
         "GroundPlaneError",
         "ImageError",
@@ -51,10 +56,13 @@ _PUBLIC = {
     ),
     "foundation.version": ("__version__",),
     "geometry.camera": ("Intrinsics",),
+    "geometry.camera_pose": ("CameraPose",),
     "geometry.ground_plane": ("GroundPlane",),
+    "inputs.calibration": ("Calibration",),
     "model": ("Model", "load"),
     "navigation.occupancy_grid": ("OccupancyGrid",),
     "navigation.path_planning": ("GroundPath",),
+    "navigation.range_scan": ("RangeScan",),
     "prediction": ("Prediction",),
     "video.smoothing": ("Tracker",),
 }

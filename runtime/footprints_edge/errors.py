@@ -13,6 +13,10 @@ class IntrinsicsError(FootprintsError):
     """Camera intrinsics or a field of view are impossible."""
 
 
+class CameraPoseError(FootprintsError):
+    """A camera's height, pitch, roll or gravity is impossible, or contradicts another."""
+
+
 class ModelError(FootprintsError):
     """A model is unknown, damaged, breaks the file contract, or cannot run here."""
 
@@ -26,7 +30,7 @@ class OutputError(FootprintsError):
 
 
 class GroundPlaneError(FootprintsError):
-    """No plane fits the ground: too few pixels, all in one line, or a plane above the camera."""
+    """There is no ground plane: too little ground, uneven ground, or a plane that cannot be."""
 
 
 class PlanningError(FootprintsError):

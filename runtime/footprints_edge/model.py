@@ -8,9 +8,11 @@ from typing import TypeAlias
 
 from footprints_edge.engines.engine import Engine
 from footprints_edge.engines.open_engine import open_engine
-from footprints_edge.errors import IntrinsicsError, ModelError
+from footprints_edge.errors import CameraPoseError, IntrinsicsError, ModelError
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.geometry.camera_pose import CameraPose
+from footprints_edge.inputs.calibration import Calibration
 from footprints_edge.inputs.images import DecodedImage, ImageSource, decode
 from footprints_edge.inputs.preprocessing import (
     FILTERS,
@@ -25,8 +27,9 @@ from footprints_edge.model_files import registry
 from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge.prediction import Prediction
 
-Camera: TypeAlias = Intrinsics | Callable[[Size], Intrinsics]
-"""A camera in pixels of the upright picture, or a function from the picture's (H, W) to one."""
+Camera: TypeAlias = Intrinsics | Calibration | Callable[[Size], Intrinsics]
+"""A camera in pixels of the upright picture, a calibrated lens, or a function from the picture's
+(H, W) to a camera."""
 
 
 class Model:
@@ -85,6 +88,10 @@ class Model:
         intrinsics: Camera | None = None,
         threshold: float = 0.5,
         flatten: bool = True,
+        camera_height_m: float | None = None,
+        pitch_deg: float | None = None,
+        roll_deg: float | None = None,
+        gravity: Sequence[float] | None = None,
     ) -> Prediction:
         """Finds the ground in one picture.
 
@@ -93,11 +100,19 @@ class Model:
                 in RGB order.
             intrinsics: The camera of the full upright picture, in its pixels, or a function that
                 makes it from the picture's (H, W), such as
-                `lambda size: Intrinsics.from_hfov(65, size)`. None reads EXIF, or else assumes a
-                field of view; `Prediction.intrinsics.source` says which.
+                `lambda size: Intrinsics.from_hfov(65, size)`. A `Calibration` rectifies the
+                picture first; the results are then for the rectified camera. None reads EXIF, or
+                else assumes a field of view; `Prediction.intrinsics.source` says which.
             threshold: Probability above which a pixel counts as ground.
             flatten: Snap the ground's depth to the ground plane where the ground is flat, as
                 `Prediction.flattened` does; False keeps the network's depth.
+            camera_height_m: Height of the camera above the ground, metres, if known. What is known
+                of the pose holds, and the rest is fitted. With height, pitch and roll the ground
+                plane is exact, and only the masks are the network's.
+            pitch_deg: Downward pitch of the camera, degrees, if known.
+            roll_deg: Roll about the optical axis, degrees, right side down, if known.
+            gravity: Direction of gravity in camera axes (x right, y down, z forward), instead of
+                pitch and roll.
 
         Returns:
             Maps at the network's input size; see `Prediction.at_image_size`.
@@ -105,17 +120,25 @@ class Model:
         Raises:
             ImageError: If the image cannot be read.
             IntrinsicsError: If the intrinsics are impossible.
+            CameraPoseError: If the pose is impossible, or gravity is given beside pitch or roll.
             ModelError: If the network fails to run.
             ValueError: If the threshold is not between 0 and 1.
         """
         if not 0 <= threshold <= 1:
             raise ValueError(f"threshold is {threshold}; it is a probability: give 0 to 1")
-        if not (intrinsics is None or isinstance(intrinsics, Intrinsics) or callable(intrinsics)):
+        if not (
+            intrinsics is None
+            or isinstance(intrinsics, Intrinsics | Calibration)
+            or callable(intrinsics)
+        ):
             raise IntrinsicsError(
                 f"intrinsics is a {type(intrinsics).__name__}; pass fp.Intrinsics(fx, fy, cx, cy)"
             )
+        pose = _pose_of(camera_height_m, pitch_deg, roll_deg, gravity)
         times = [perf_counter()]
         decoded = self.decode(image)
+        if isinstance(intrinsics, Calibration):
+            decoded, intrinsics = intrinsics.rectified(decoded)
         times.append(perf_counter())
         size = self.input_size(decoded.size)
         network_input = preprocess(decoded.pixels, size, self.metadata.resize)
@@ -131,6 +154,7 @@ class Model:
             threshold=threshold,
             model=ModelInfo(self.name, self.metadata.precision, self.sha256, self.engine.runtime),
             timings_ms=timings_ms,
+            pose=pose,
         )
         if flatten:
             prediction = prediction.flattened()
@@ -169,7 +193,25 @@ def load(
     return Model(opened)
 
 
-def _camera_of(image: DecodedImage, given: Camera | None) -> Intrinsics:
+def _pose_of(
+    height_m: float | None,
+    pitch_deg: float | None,
+    roll_deg: float | None,
+    gravity: Sequence[float] | None,
+) -> CameraPose:
+    if gravity is None:
+        return CameraPose(height_m, pitch_deg, roll_deg)
+    if not (pitch_deg is None and roll_deg is None):
+        raise CameraPoseError(
+            f"pitch_deg is {pitch_deg}, roll_deg is {roll_deg} and gravity {gravity!r}; give "
+            "either gravity, or pitch and roll"
+        )
+    return CameraPose.from_gravity(gravity, height_m)
+
+
+def _camera_of(
+    image: DecodedImage, given: Intrinsics | Callable[[Size], Intrinsics] | None
+) -> Intrinsics:
     if isinstance(given, Intrinsics):
         return given
     if given is not None:

@@ -10,6 +10,7 @@ from footprints_edge.maps.ground_maps import GroundMaps
 if TYPE_CHECKING:
     from footprints_edge.navigation.occupancy_grid import OccupancyGrid
     from footprints_edge.navigation.path_planning import GroundPath
+    from footprints_edge.navigation.range_scan import RangeScan
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -23,30 +24,77 @@ class Prediction(GroundMaps):
     def flattened(self) -> "Prediction":
         """The same prediction with the ground's depth snapped to `ground_plane`.
 
-        This happens only if most of the ground lies close to the plane, and only to pixels that do:
-        ramps, steps and stairs keep their depth. Without a plane, or without the maps to fit one,
-        it returns the prediction itself.
+        This happens only to pixels that lie close to the plane: ramps, steps and stairs keep their
+        depth. With a known height, pitch and roll it happens to all ground. Without a plane, or
+        without the maps to fit one, it returns the prediction itself.
         """
         from footprints_edge.navigation.ground_flattening import flatten
 
         return flatten(self)
 
-    def top_down(self, cell_m: float = 0.05, range_m: float = 10.0) -> "OccupancyGrid":
-        """The ground in bird's-eye view, as an occupancy grid.
+    def top_down(
+        self, cell_m: float = 0.05, range_m: float = 10.0, *, robot_height_m: float = 1.2
+    ) -> "OccupancyGrid":
+        """The surroundings in bird's-eye view, as an occupancy grid.
 
-        Assumes that all ground lies in one plane, `ground_plane`.
+        Occupied is what is seen between the height of a step (0.15 m) and that of the robot; see
+        `navigation/obstacles.py`. Hidden ground is a value of its own. Assumes that all ground lies
+        in one plane, `ground_plane`.
+
+        Args:
+            cell_m: Side of a cell, metres.
+            range_m: Reach of the grid ahead, and to each side, metres.
+            robot_height_m: Height of the robot, metres: it passes beneath higher things.
+
+        Raises:
+            GroundPlaneError: If there is no ground plane.
+            ValueError: If a size is not positive, the range is more than 5000 cells, or the robot
+                is not higher than a step.
+        """
+        from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
+
+        return make_occupancy_grid(self, cell_m, range_m, robot_height_m)
+
+    def walkable_behind_things(
+        self, cell_m: float = 0.05, range_m: float = 10.0
+    ) -> "OccupancyGrid":
+        """All walkable ground in bird's-eye view, beneath and behind things too: the paper's S*.
+
+        Not free space: a table stands on walkable ground. Occupied is what is not ground, where it
+        borders on ground or is at most 1 m behind the visible surface. Assumes one plane.
 
         Args:
             cell_m: Side of a cell, metres.
             range_m: Reach of the grid ahead, and to each side, metres.
 
         Raises:
-            GroundPlaneError: If there is too little ground to fit a plane.
+            GroundPlaneError: If there is no ground plane.
             ValueError: If a size is not positive, or the range is more than 5000 cells.
         """
-        from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
+        from footprints_edge.navigation.occupancy_grid import make_walkable_grid
 
-        return make_occupancy_grid(self, cell_m, range_m)
+        return make_walkable_grid(self, cell_m, range_m)
+
+    def scan(
+        self, bearings_deg: Sequence[float] | None = None, *, robot_height_m: float = 1.2
+    ) -> "RangeScan":
+        """The distance to the nearest obstacle by bearing, as a laser scanner reports it.
+
+        Args:
+            bearings_deg: Degrees from straight ahead, left positive. None means every degree from
+                -90 to 90.
+            robot_height_m: As for `top_down`; obstacles follow the same rule.
+
+        Raises:
+            GroundPlaneError: If there is no ground plane.
+            ValueError: If the robot is not higher than a step.
+        """
+        import numpy as np
+
+        from footprints_edge.navigation.range_scan import scan
+
+        bearings = np.arange(-90.0, 91.0) if bearings_deg is None else np.asarray(bearings_deg)
+        return scan(self, bearings, robot_height_m)
 
     def plan(
         self,
@@ -56,11 +104,13 @@ class Prediction(GroundMaps):
         unit: Literal["px", "m"] = "px",
         margin_m: float = 0.0,
         ground: Literal["all", "visible"] = "all",
+        robot_height_m: float = 1.2,
     ) -> "GroundPath":
-        """The cheapest path over the ground, with the paper's cost of 1 - s* per pixel.
+        """The cheapest path over the ground, with the paper's cost of 1 - s*, per metre.
 
-        s* is the unthresholded `ground_probability`; a path never leaves `ground`. Needs the
-        extra `plan` (scikit-image).
+        s* is the unthresholded `ground_probability`. The path lies on the ground plane, in the
+        cells of `top_down`: it never leaves `ground`, and passes no obstacle. Needs the extra
+        `plan` (scikit-image).
 
         Args:
             start: x and y in pixels of the picture, or forward and left in metres.
@@ -69,10 +119,12 @@ class Prediction(GroundMaps):
             margin_m: Distance to keep from everything that is not ground, in metres on the ground
                 plane, such as half of the robot's width.
             ground: `all`, or `visible` to stay on visible ground.
+            robot_height_m: As for `top_down`; obstacles follow the same rule.
 
         Raises:
             OutsideError: If the start or the goal is outside the picture.
-            OffGroundError: If one is not on ground, or is closer to an obstacle than the margin.
+            OffGroundError: If one is not on ground (on a table top, say), where an obstacle stands,
+                or closer to one than the margin.
             NoPathError: If no path connects them.
             PlanningError: Base class of these; also if an argument is invalid, or scikit-image is
                 missing.
@@ -80,7 +132,15 @@ class Prediction(GroundMaps):
         """
         from footprints_edge.navigation.path_planning import find_path
 
-        return find_path(self, start, goal, unit=unit, margin_m=margin_m, ground=ground)
+        return find_path(
+            self,
+            start,
+            goal,
+            unit=unit,
+            margin_m=margin_m,
+            ground=ground,
+            robot_height_m=robot_height_m,
+        )
 
     def save(
         self,
@@ -94,8 +154,8 @@ class Prediction(GroundMaps):
 
         Args:
             folder: Destination; created if missing.
-            formats: Any of `overlay`, `npz`, `png16`, `json`, `ply`, `topdown`,
-                `topdown_picture`.
+            formats: Any of `overlay`, `npz`, `png16`, `json`, `ply`, `topdown`, `topdown_npz`,
+                `topdown_ply`, `topdown_picture`.
             name: Start of the file names; None means the picture's name, or `image`.
             overwrite: Whether to replace existing files.
 

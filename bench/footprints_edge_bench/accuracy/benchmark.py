@@ -9,8 +9,8 @@ from typing import Any
 from footprints_edge.engines.onnxruntime_engine import runtime
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.version import __version__
+from footprints_edge.geometry.ground_plane import FLAT
 from footprints_edge.model import Model, load
-from footprints_edge.navigation.ground_flattening import FLAT
 from footprints_edge.prediction import Prediction
 from footprints_edge_bench.accuracy.results import ImageScores, Results
 from footprints_edge_bench.accuracy.scoring import score

@@ -4,8 +4,10 @@ import typer
 
 from footprints_edge_bench.cli.accuracy import accuracy_command
 from footprints_edge_bench.cli.flicker import flicker_command
+from footprints_edge_bench.cli.known_pose import known_pose_command
 from footprints_edge_bench.cli.label_speed import label_speed_command
 from footprints_edge_bench.cli.latency import latency_command
+from footprints_edge_bench.cli.obstacles import obstacles_command
 from footprints_edge_bench.cli.occupancy import occupancy_command
 from footprints_edge_bench.cli.passes import passes_command
 from footprints_edge_bench.cli.planning import planning_command
@@ -25,6 +27,8 @@ app = typer.Typer(
 app.command("accuracy")(accuracy_command)
 app.command("planning")(planning_command)
 app.command("occupancy")(occupancy_command)
+app.command("obstacles")(obstacles_command)
+app.command("known-pose")(known_pose_command)
 app.command("flicker")(flicker_command)
 app.command("video")(video_command)
 app.command("latency")(latency_command)

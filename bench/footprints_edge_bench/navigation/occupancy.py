@@ -29,8 +29,8 @@ BEARINGS_DEG = np.arange(-20.0, 21.0, 2.0)
 _SKY_M = 100.0
 
 _COLUMNS = (
-    Column("Free cells IoU", "grid", "iou"),
-    Column("Free area error", "grid", "area", lowest_is_best=True),
+    Column("Walkable cells IoU", "grid", "iou"),
+    Column("Walkable area error", "grid", "area", lowest_is_best=True),
     Column("Nearest obstacle error (m)", "grid", "obstacle", lowest_is_best=True),
     Column("Camera height error", "grid", "height", lowest_is_best=True),
     Column("Pitch error (degrees)", "grid", "pitch", lowest_is_best=True),
@@ -42,8 +42,8 @@ class GridScore:
     """Scores of one grid against the exact one; NaN where there is nothing to compare.
 
     Attributes:
-        iou: IoU of free cells, over cells where the ground truth is valid.
-        area: relative error of the area of free ground.
+        iou: IoU of walkable cells, over cells where the ground truth is valid.
+        area: relative error of the area of walkable ground.
         obstacle: median error of the distance to the nearest obstacle, metres, over directions in
             which both grids have one.
         height: relative error of the camera height.
@@ -93,12 +93,15 @@ def compare_grids(found: OccupancyGrid, exact: OccupancyGrid, valid: Mask) -> Gr
         exact: the exact grid, of the same cells.
         valid: bool, cells to score.
     """
-    overlap, either = found.free & exact.free & valid, (found.free | exact.free) & valid
+    overlap, either = (
+        found.walkable & exact.walkable & valid,
+        (found.walkable | exact.walkable) & valid,
+    )
     if not either.any():
         return GridScore(math.nan)
     near, true_near = (grid.nearest_obstacle_m(BEARINGS_DEG) for grid in (found, exact))
     both = np.isfinite(near) & np.isfinite(true_near)
-    areas = [float(np.count_nonzero(grid.free & valid)) for grid in (found, exact)]
+    areas = [float(np.count_nonzero(grid.walkable & valid)) for grid in (found, exact)]
     return GridScore(
         float(overlap.sum() / either.sum()),
         abs(areas[0] - areas[1]) / areas[1] if areas[1] else math.nan,
@@ -139,13 +142,13 @@ def score_grids(
         predictions = benchmark.predict(ground_truth)
         exact = exact_prediction(ground_truth, next(iter(predictions.values())))
         try:
-            exact_grid = exact.top_down(CELL_M, RANGE_M)
+            exact_grid = exact.walkable_behind_things(CELL_M, RANGE_M)
         except GroundPlaneError:
             continue
         valid = valid_cells(exact_grid, ground_truth, exact.intrinsics)
         for row, prediction in predictions.items():
             try:
-                found = prediction.top_down(CELL_M, RANGE_M)
+                found = prediction.walkable_behind_things(CELL_M, RANGE_M)
             except GroundPlaneError:
                 scores[row].append(GridScore(0.0))
                 continue

@@ -20,6 +20,7 @@ from footprints_edge.engines import onnxruntime_engine
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import disparity_to_depth
 from footprints_edge.inputs.preprocessing import preprocess, working_size
+from footprints_edge.navigation.path_planning import STEP_COST, cheapest_route
 from footprints_edge_export.verification.test_vectors import write_vectors
 
 FIXTURES = Path(__file__).parent / "fixtures"
@@ -126,18 +127,26 @@ def write_photo(model: fp.Model, name: str, data: bytes) -> dict[str, object]:
 
 
 def _path(prediction: fp.Prediction, goal: tuple[float, float]) -> dict[str, object] | None:
-    """The path from the ground nearest to the bottom centre, at the runtime's cost."""
-    (height, width), (rows, columns) = prediction.image_size, prediction.map_size
+    """The path from the ground nearest to the bottom centre, as the page plans it.
+
+    The page plans over the pixels of the maps; the runtime plans in metres, on the ground plane.
+    """
+    rows, columns = prediction.map_size
     ground_rows, ground_columns = np.nonzero(prediction.ground)
     away = (ground_columns - (columns - 1) / 2) ** 2 + (rows - 1 - ground_rows) ** 2
     nearest = int(np.argmin(away))
-    start = (ground_columns[nearest] + 0.5) / columns, (ground_rows[nearest] + 0.5) / rows
-    ends = [(x * width - 0.5, y * height - 0.5) for x, y in (start, goal)]
-    try:
-        path = prediction.plan(*ends)
-    except fp.PlanningError:
+    start = int(ground_rows[nearest]), int(ground_columns[nearest])
+    end = round(goal[1] * rows - 0.5), round(goal[0] * columns - 0.5)
+    costs = np.where(prediction.ground, 1 - prediction.ground_probability + STEP_COST, -1)
+    if costs[end] < 0:
         return None
-    return {"goal": goal, "cost": path.cost, "length_m": path.length_m}
+    route, cost = cheapest_route(costs, start, end)
+    if route is None:
+        return None
+    pixels = route[:, ::-1].astype(np.float64)
+    places_m = prediction.ground_plane().at_pixels(pixels, prediction.intrinsics)
+    length_m = float(np.linalg.norm(np.diff(places_m, axis=0), axis=1).sum())
+    return {"goal": goal, "cost": cost, "length_m": length_m}
 
 
 def write_film(room: Image.Image, name: str, size: Size) -> None:

@@ -40,7 +40,7 @@ def infer(
         typer.Option(
             "--format",
             help="Output formats, separated by commas: overlay (default), npz, png16, json, ply, "
-            "topdown, topdown_picture. For videos: overlay, json.",
+            "topdown, topdown_npz, topdown_ply, topdown_picture. For videos: overlay, json.",
         ),
     ] = None,
     model: Annotated[
@@ -64,6 +64,26 @@ def infer(
     hfov: Annotated[
         float | None,
         typer.Option(help="Horizontal field of view in degrees, instead of --fx and --fy."),
+    ] = None,
+    camera_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--camera",
+            metavar="FILE",
+            help="Calibration file (YAML of ROS camera_calibration or OpenCV), with distortion: "
+            "pictures are rectified first. Instead of --fx, --fy and --hfov.",
+        ),
+    ] = None,
+    camera_height: Annotated[
+        float | None,
+        typer.Option(help="Height of the camera above the ground in metres, if known."),
+    ] = None,
+    pitch: Annotated[
+        float | None, typer.Option(help="Downward pitch of the camera in degrees, if known.")
+    ] = None,
+    roll: Annotated[
+        float | None,
+        typer.Option(help="Roll of the camera in degrees, right side down, if known."),
     ] = None,
     path: Annotated[
         tuple[str, str] | None,
@@ -118,10 +138,15 @@ def infer(
     """
     with explained():
         from footprints_edge.cli.batch import plan
+        from footprints_edge.cli.camera_options import CameraOptions
         from footprints_edge.model_files.registry import resolve
 
         warnings.filterwarnings("ignore", module=r"PIL\.")  # serious problems raise ImageError
-        camera = _camera(fx, fy, cx, cy, hfov)
+        from footprints_edge.geometry.camera_pose import CameraPose
+
+        camera = CameraOptions(
+            _camera(fx, fy, cx, cy, hfov, camera_file), CameraPose(camera_height, pitch, roll)
+        )
         wanted = [part.strip() for text in formats or ["overlay"] for part in text.split(",")]
         extra = {".path.png": _path_encoder(path, margin)} if path else {}
         if bev and "overlay" in wanted:
@@ -176,9 +201,20 @@ def main() -> None:
 
 
 def _camera(
-    fx: float | None, fy: float | None, cx: float | None, cy: float | None, hfov: float | None
+    fx: float | None,
+    fy: float | None,
+    cx: float | None,
+    cy: float | None,
+    hfov: float | None,
+    calibration: Path | None,
 ) -> "Camera | None":
     """The camera of the options, as a function of the picture's size; None if not given."""
+    if calibration is not None:
+        from footprints_edge.inputs.calibration import Calibration
+
+        if (fx, fy, cx, cy, hfov) != (None, None, None, None, None):
+            raise typer.BadParameter("give --camera, or --fx, --fy and --hfov, not both")
+        return Calibration.read(calibration)
     from footprints_edge.geometry.camera import Intrinsics
 
     if hfov is not None:

@@ -6,19 +6,20 @@ from typing import TYPE_CHECKING
 import typer
 
 from footprints_edge.cli.batch import Batch, Task
+from footprints_edge.cli.camera_options import CameraOptions, lens_warning
 from footprints_edge.cli.exit_codes import complain
 from footprints_edge.cli.progress import ProgressLine, bar
 from footprints_edge.errors import FootprintsError, ImageError
 
 if TYPE_CHECKING:
-    from footprints_edge.model import Camera, Model
+    from footprints_edge.model import Model
     from footprints_edge.prediction import Prediction
 
 
 def infer_images(
     batch: Batch,
     model: "Model",
-    camera: "Camera | None",
+    camera: CameraOptions,
     threshold: float,
     *,
     quiet: bool,
@@ -29,6 +30,7 @@ def infer_images(
     A picture that fails is added to the batch's failures and does not stop the others.
     """
     progress = ProgressLine(shown=len(batch.tasks) > 1 and not quiet)
+    warning = ""
     for done, task in enumerate(batch.tasks):
         progress.show(bar(done, len(batch.tasks), task.source.label))
         try:
@@ -41,6 +43,10 @@ def infer_images(
             batch.failures.append(f"{task.source.label} cannot be processed: {reason}")
             continue
         progress.clear()
+        if not warning and not quiet:
+            warning = lens_warning(prediction.intrinsics.source)
+            if warning:
+                complain(warning)
         if verbose:
             complain(_summary_line(task, prediction))
         for path in task.targets:
@@ -49,12 +55,12 @@ def infer_images(
 
 
 def _predict_and_write(
-    task: Task, model: "Model", camera: "Camera | None", threshold: float
+    task: Task, model: "Model", camera: CameraOptions, threshold: float
 ) -> "Prediction":
     from footprints_edge.outputs.writers import write
 
     image = task.source.path or _standard_input()
-    prediction = model.predict(image, intrinsics=camera, threshold=threshold)
+    prediction = model.predict(image, threshold=threshold, **camera.of_predict())
     write(prediction, task.targets)
     return prediction
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from footprints_edge.cli.batch import Batch
+from footprints_edge.cli.camera_options import CameraOptions, lens_warning
 from footprints_edge.cli.exit_codes import INTERRUPTED, complain
 from footprints_edge.cli.progress import ProgressLine
 from footprints_edge.errors import FootprintsError, OutputError
@@ -20,7 +21,7 @@ from footprints_edge.video.pipeline import VideoStats, run_pipeline
 from footprints_edge.video.sinks import open_sinks, video_paths
 
 if TYPE_CHECKING:
-    from footprints_edge.model import Camera, Model
+    from footprints_edge.model import Model
     from footprints_edge.prediction import Prediction
 
 _REDRAW_S = 0.2
@@ -57,7 +58,7 @@ def infer_videos(
     named: Sequence[str],
     options: VideoOptions,
     model: "Model",
-    camera: "Camera | None",
+    camera: CameraOptions,
     threshold: float,
     batch: Batch,
 ) -> None:
@@ -83,7 +84,7 @@ def _infer_video(
     name: str,
     options: VideoOptions,
     model: "Model",
-    camera: "Camera | None",
+    camera: CameraOptions,
     threshold: float,
     batch: Batch,
 ) -> bool:
@@ -108,7 +109,9 @@ def _infer_video(
     try:
         stats = run_pipeline(
             video,
-            lambda rgb: model.predict(DecodedImage(rgb), intrinsics=camera, threshold=threshold),
+            lambda rgb: model.predict(
+                DecodedImage(rgb), threshold=threshold, **camera.of_predict()
+            ),
             sinks,
             lambda stats: progress.show(_progress_text(video, stats)),
             at_once=options.at_once,
@@ -120,6 +123,8 @@ def _infer_video(
             if path.exists():
                 typer.echo(path)
     if not options.quiet:
+        if camera.intrinsics is None:  # frames have no EXIF
+            complain(lens_warning("assumed"))
         complain(_summary_line(video, stats))
     if not stats.frames and not stats.interrupted:
         raise OutputError(f"{video.name} has no usable frame; {stats.reason or 'it is empty'}")

@@ -72,6 +72,22 @@ def draw_occupancy_grid(
     return image
 
 
+def colours_of_cells(
+    values: NDArray[np.uint8], distance_m: NDArray[np.floating]
+) -> NDArray[np.uint8]:
+    """Colours of single cells, uint8 (N, 3): hidden ground is darker, as it cannot be hatched.
+
+    Args:
+        values: uint8 (N,), see `OccupancyGrid`.
+        distance_m: (N,), metres from the camera.
+    """
+    colours = colours_of(distance_m.astype(np.float32)).copy()
+    colours[values == HIDDEN] //= 2
+    colours[values == OCCUPIED] = _OCCUPIED
+    colours[values == UNKNOWN] = _UNKNOWN
+    return colours
+
+
 def draw_bev(prediction: GroundMaps, height_px: int) -> Image.Image:
     """Draws a square bird's-eye view of `BEV_RANGE_M`; empty if there is no ground plane."""
     try:

@@ -16,6 +16,7 @@ from footprints_edge.drawing.colormap import FARTHEST_M, colour_scale, scale_pos
 from footprints_edge.drawing.style import FAINT, PAPER, TINT, WHITE
 from footprints_edge.foundation.png import encode_png
 from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
+from footprints_edge.geometry.camera import ASSUMED_FOV_DEG, IntrinsicsSource
 from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.maps.resize import resize_map
 
@@ -76,7 +77,10 @@ def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
     )
     picture = Image.fromarray(pixels)
     _label_isolines(picture, smooth, ground | visible)
-    drawn = _stacked(picture, draw_legend(max(picture.width, LEGEND_PX), picture.height))
+    legend = draw_legend(
+        max(picture.width, LEGEND_PX), picture.height, note=lens_note(prediction.intrinsics.source)
+    )
+    drawn = _stacked(picture, legend)
     if not bev:
         return drawn
     from footprints_edge.drawing.occupancy_grid import draw_bev
@@ -222,8 +226,21 @@ def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
-def draw_legend(width: int, height: int) -> Image.Image:
-    """Draws the strip below the picture: a swatch for each kind of ground, and the colour scale."""
+def lens_note(source: IntrinsicsSource) -> str:
+    """What a picture says about its camera: nothing if it is known."""
+    if source == "assumed":
+        return f"lens assumed: {ASSUMED_FOV_DEG:g} degrees; all metres depend on it"
+    return "rectified picture" if source == "rectified" else ""
+
+
+def draw_legend(width: int, height: int, note: str = "") -> Image.Image:
+    """Draws the strip below the picture: a swatch for each kind of ground, and the colour scale.
+
+    Args:
+        width: Width of the strip, pixels.
+        height: Height of the picture above it.
+        note: A line of text at the bottom, if any.
+    """
     letter = max(11, round(min(width / 42, max(width, height) / 62)))
     font = ImageFont.load_default(letter)
     margin = round(1.4 * letter)
@@ -239,7 +256,12 @@ def draw_legend(width: int, height: int) -> Image.Image:
     else:
         strip.paste(swatches, (margin, letter))
         strip.paste(bar, (margin, letter + swatches.height + letter))
-    return strip
+    if not note:
+        return strip
+    line = Image.new("RGB", (width, round(1.6 * letter)), PAPER)
+    small = ImageFont.load_default(max(10, round(0.85 * letter)))
+    ImageDraw.Draw(line).text((margin, 0.4 * letter), note, FAINT, small, anchor="lm")
+    return _stacked(strip, line)
 
 
 def _swatches(letter: int, font: ImageFont.ImageFont | ImageFont.FreeTypeFont) -> Image.Image:

@@ -92,7 +92,7 @@ def _panel(
         return [((x + 0.5) * x_scale - 0.5, (y + 0.5) * y_scale - 0.5) for x, y in points]
 
     if path is not None:
-        line = drawn(_smoothed(path))
+        line = drawn(path.pixels.tolist())
         for colour, thickness in ((INK, 2.6 * pen), (_LINE, 1.5 * pen)):
             draw.line(line, colour, round(thickness), joint="curve")
         for (a, b), behind in zip(pairwise(line), path.hidden[1:], strict=True):
@@ -119,12 +119,3 @@ def _panel(
 
 def _tint(pixels: np.ndarray, mask: Mask, colour: tuple[int, int, int], opacity: float) -> None:
     pixels[mask] += np.float32(opacity) * (np.array(colour, np.float32) - pixels[mask])
-
-
-def _smoothed(path: GroundPath) -> list[list[float]]:
-    """Smooths the path's staircase with a moving mean over five pixels that keeps both ends."""
-    padded = np.pad(path.pixels, ((2, 2), (0, 0)), mode="reflect", reflect_type="odd")
-    if len(path.pixels) < 3:
-        return [[float(x), float(y)] for x, y in path.pixels]
-    moved = np.stack([np.convolve(padded[:, axis], np.full(5, 0.2), "valid") for axis in (0, 1)], 1)
-    return [[float(x), float(y)] for x, y in moved]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from footprints_edge.errors import IntrinsicsError
 from footprints_edge.foundation.types import Floats, Size
 
-IntrinsicsSource: TypeAlias = Literal["given", "exif", "assumed"]
+IntrinsicsSource: TypeAlias = Literal["given", "rectified", "exif", "assumed"]
 
 ASSUMED_FOV_DEG = 60.0
 """Field of view along the longer side of a picture without camera information.
@@ -38,8 +38,8 @@ class Intrinsics:
         fy: Focal length along y, in pixels.
         cx: Principal point's x, in pixels.
         cy: Principal point's y, in pixels.
-        source: Where the numbers came from: `given` by the caller, the picture's `exif`, or
-            `assumed`.
+        source: Where the numbers came from: `given` by the caller, of the `rectified` camera of a
+            calibration file, the picture's `exif`, or `assumed`.
     """
 
     fx: float

@@ -3,7 +3,7 @@
 import io
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
@@ -38,6 +38,9 @@ _UPRIGHT = {
     8: Image.Transpose.ROTATE_90,
 }
 _ON_ITS_SIDE = {5, 6, 7, 8}
+
+_OTHER_SHAPE = 0.02
+"""Difference of the logarithms of two aspect ratios from which one picture is a crop."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,6 +231,7 @@ def _from_pillow(image: Image.Image, path: Path | None, label: str) -> DecodedIm
 
 def _upright(image: Image.Image, label: str, least: Size | None = None) -> tuple[Rgb, "_Exif"]:
     """Decodes an opened image, at a reduced size if the format and `least` (h, w) allow it."""
+    full = image.size
     try:
         covered = None
         if least is not None:
@@ -247,7 +251,24 @@ def _upright(image: Image.Image, label: str, least: Size | None = None) -> tuple
     except Exception as error:
         raise ImageError(f"{label} is damaged or truncated: {error}") from error
     turn = _UPRIGHT.get(exif.orientation)
-    return np.array(rgb if turn is None else rgb.transpose(turn)), exif
+    return np.array(rgb if turn is None else rgb.transpose(turn)), _of_crop(exif, full)
+
+
+def _of_crop(exif: "_Exif", size: tuple[int, int]) -> "_Exif":
+    """The focal length of a picture (width, height) that was cut out of a larger one.
+
+    A 35 mm equivalent refers to the whole shot, whose size EXIF keeps. Another shape tells a crop
+    from a smaller copy, which sees all of it.
+    """
+    if exif.focal_35mm is None or exif.shot is None:
+        return exif
+    (width, height), (shot_width, shot_height) = size, exif.shot
+    smaller = width <= shot_width and height <= shot_height
+    shape = width / height * shot_height / shot_width
+    if not smaller or abs(math.log(shape)) < _OTHER_SHAPE:
+        return exif
+    longer = math.hypot(shot_width, shot_height) / math.hypot(width, height)
+    return replace(exif, focal_35mm=exif.focal_35mm * longer)
 
 
 def _turned(size: Size, orientation: int) -> Size:
@@ -300,6 +321,8 @@ def _wide_grey_to_rgb(image: Image.Image) -> Image.Image:
 class _Exif:
     orientation: int = 1
     focal_35mm: float | None = None
+    shot: tuple[int, int] | None = None
+    """Width and height of the whole shot, as stored, if stated."""
 
 
 def _exif(image: Image.Image) -> _Exif:
@@ -310,8 +333,13 @@ def _exif(image: Image.Image) -> _Exif:
     except Exception:
         return _Exif()
     try:
-        focal_mm = float(exif.get_ifd(IFD.Exif).get(Base.FocalLengthIn35mmFilm, 0))
+        of_shot = exif.get_ifd(IFD.Exif)
+        focal_mm = float(of_shot.get(Base.FocalLengthIn35mmFilm, 0))
+        width, height = (
+            int(of_shot.get(tag, 0)) for tag in (Base.ExifImageWidth, Base.ExifImageHeight)
+        )
     except Exception:
-        focal_mm = 0.0
+        focal_mm, width, height = 0.0, 0, 0
     stated = math.isfinite(focal_mm) and focal_mm > 0  # EXIF writes 0 for unknown
-    return _Exif(orientation, focal_mm if stated else None)
+    shot = (width, height) if width > 0 and height > 0 else None
+    return _Exif(orientation, focal_mm if stated else None, shot)

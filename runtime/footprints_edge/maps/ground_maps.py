@@ -11,7 +11,8 @@ import numpy as np
 from footprints_edge.errors import MissingMapError
 from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge.geometry.ground_plane import GroundPlane, fit_ground_plane
+from footprints_edge.geometry.camera_pose import CameraPose
+from footprints_edge.geometry.ground_plane import GroundPlane, find_ground_plane
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.maps.decode import DecodedMaps
 from footprints_edge.maps.resize import resize_depth, resize_map
@@ -62,6 +63,7 @@ class GroundMaps:
         timings_ms: Milliseconds by stage: decode, preprocess, inference, postprocess.
         laid_onto: The plane that the ground's depth was snapped to, which `ground_plane()` then
             returns; None for the network's own depth.
+        pose: What is known of the camera's height, pitch and roll.
     """
 
     maps: DecodedMaps
@@ -71,6 +73,7 @@ class GroundMaps:
     model: ModelInfo
     timings_ms: Mapping[str, float] = field(default_factory=dict)
     laid_onto: GroundPlane | None = None
+    pose: CameraPose = field(default_factory=CameraPose)
 
     def __repr__(self) -> str:
         height, width = self.map_size
@@ -154,13 +157,19 @@ class GroundMaps:
     def _ground_plane(self) -> GroundPlane:
         if self.laid_onto is not None:
             return self.laid_onto
-        return fit_ground_plane(self.unmasked_ground_depth_m, self.ground, self.intrinsics)
+        return find_ground_plane(
+            self.unmasked_ground_depth_m, self.ground, self.intrinsics, self.pose
+        )
 
     def ground_plane(self) -> GroundPlane:
         """The plane of the ground, with the camera's height and pitch above it.
 
+        The known part of the camera's pose holds; the rest is fitted. With all of it known, the
+        plane is exact.
+
         Raises:
-            GroundPlaneError: If there is too little ground to fit a plane.
+            GroundPlaneError: If there is too little ground to fit a plane, if the ground is not
+                flat, or if the plane cannot be the ground.
         """
         return self._ground_plane
 

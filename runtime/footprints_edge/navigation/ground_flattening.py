@@ -5,12 +5,13 @@ import numpy as np
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.maps.ground_maps import MapsT
 
-FLAT = 0.15
-"""The ground is flat if the median of |ln(depth / plane depth)| over its pixels is at most this."""
-
 _SNAP_BELOW, _KEEP_ABOVE = 0.4, 0.8
 """Bounds of a pixel's |ln(depth / plane depth)|. Up to the first, it counts as the network's error
 and the pixel moves onto the plane; from the second on, as another surface. In between, both mix."""
+
+_FARTHEST_M = 100.0
+"""With a known pose all ground nearer than this lies on the plane; the rest, at the horizon, keeps
+its depth."""
 
 
 def flatten(prediction: MapsT) -> MapsT:
@@ -25,11 +26,16 @@ def flatten(prediction: MapsT) -> MapsT:
         return prediction
     inverse_depth = np.reciprocal(prediction.unmasked_ground_depth_m)
     plane_inverse_depth = plane.inverse_depth(prediction.intrinsics, prediction.map_size)
+    if prediction.pose.everything:
+        near = plane_inverse_depth > np.float32(1 / _FARTHEST_M)
+        laid = np.where(near, plane_inverse_depth, inverse_depth)
+        return prediction.with_maps(unmasked_ground_depth_m=np.reciprocal(laid), laid_onto=plane)
     below_horizon = plane_inverse_depth > np.float32(1e-4)
-    deviation = np.abs(np.log(np.where(below_horizon, plane_inverse_depth, 1) / inverse_depth))
+    deviation = np.log(np.where(below_horizon, plane_inverse_depth, 1) / inverse_depth)
+    if prediction.pose.anything:  # a known height corrects the scale of the depth
+        deviation -= np.median(deviation[prediction.ground])
+    deviation = np.abs(deviation)
     deviation[~below_horizon] = np.inf
-    if np.median(deviation[prediction.ground]) > FLAT:
-        return prediction
     scale = np.float32(1 / (_KEEP_ABOVE - _SNAP_BELOW))
     weight = np.clip((_KEEP_ABOVE - deviation) * scale, 0, 1)
     mixed = inverse_depth + weight * (plane_inverse_depth - inverse_depth)

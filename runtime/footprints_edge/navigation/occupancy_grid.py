@@ -1,28 +1,36 @@
 """The ground in bird's-eye view: a metric occupancy grid, with queries and ROS map export."""
 
-import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from footprints_edge.errors import OutputError
+from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge.foundation.png import encode_png
 from footprints_edge.foundation.types import Floats, Mask
 from footprints_edge.geometry.camera import backproject
 from footprints_edge.geometry.ground_plane import GroundPlane
 from footprints_edge.maps.ground_maps import GroundMaps
+from footprints_edge.navigation.obstacles import ROBOT_HEIGHT_M, Obstacles, find_obstacles
 
 UNKNOWN, OCCUPIED, VISIBLE, HIDDEN = 0, 1, 2, 3
-"""Cell values: unknown, not ground, visible ground, hidden ground."""
+"""Cell values: unknown, obstacle, visible ground, hidden ground."""
 
 _OBSTACLE_DEPTH_M = 1.0
-"""A cell without ground counts as occupied up to this distance behind the visible surface, the
-depth of most furniture; farther on, such as behind walls, it is unknown."""
+"""In the grid of "walkable behind things", a cell without ground counts as occupied up to this
+distance behind the visible surface, the depth of most furniture; farther on, such as behind walls,
+it is unknown."""
 
-_MAP_LEVELS = {UNKNOWN: 205, OCCUPIED: 0, VISIBLE: 254, HIDDEN: 254}  # ROS map_server's own
+HiddenAs: TypeAlias = Literal["cost", "unknown", "free"]
+
+_UNKNOWN_LEVEL, _OCCUPIED_LEVEL, _FREE_LEVEL = 205, 0, 254  # ROS map_server's own
+_HIDDEN_LEVELS: dict[HiddenAs, int] = {"cost": 147, "unknown": _UNKNOWN_LEVEL, "free": _FREE_LEVEL}
+"""Grey of hidden ground. In the mode `scale`, 147 is a cost of 50, half way to occupied."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,17 +61,23 @@ class OccupancyGrid:
 
     @property
     def free(self) -> Mask:
-        """Bool (rows, columns): ground, visible or hidden."""
+        """Bool (rows, columns): visible ground without an obstacle."""
+        free: Mask = self.cells == VISIBLE
+        return free
+
+    @property
+    def walkable(self) -> Mask:
+        """Bool (rows, columns): ground without an obstacle, visible or hidden."""
         return self.cells >= VISIBLE
 
     @property
     def free_area_m2(self) -> float:
-        """Area of all free cells in square metres."""
+        """Area of the free cells in square metres."""
         return float(np.count_nonzero(self.free)) * self.cell_m**2
 
     @property
     def hidden_area_m2(self) -> float:
-        """Area of the hidden free cells in square metres."""
+        """Area of the cells of hidden ground in square metres."""
         return float(np.count_nonzero(self.cells == HIDDEN)) * self.cell_m**2
 
     def nearest_obstacle_m(self, bearings_deg: NDArray[np.floating]) -> Floats:
@@ -88,30 +102,40 @@ class OccupancyGrid:
         first = range_m[hit.argmax(axis=1)]
         return np.where(hit.any(axis=1), first, np.inf).astype(np.float32)
 
-    def map_png(self) -> bytes:
+    def map_png(self, hidden: HiddenAs = "cost") -> bytes:
         """PNG for a ROS map server: grey 254 is free, 0 occupied, 205 unknown.
 
         In `cells`, up is +x and left is +y. A map server reads right as x and up as y, so the
         picture is rotated by 90 degrees: right is forward, up is left.
-        """
-        levels = np.zeros(256, np.uint8)
-        for value, level in _MAP_LEVELS.items():
-            levels[value] = level
-        buffer = io.BytesIO()
-        # rows run from far to near, columns from left to right
-        Image.fromarray(np.ascontiguousarray(levels[self.cells][::-1].T)).save(buffer, "PNG")
-        return buffer.getvalue()
 
-    def map_yaml(self, image: str) -> bytes:
+        Args:
+            hidden: What hidden ground becomes: a `cost` half way between free and occupied,
+                `unknown`, or `free`. With a cost the picture has an alpha channel, 0 in unknown
+                cells, as the mode `scale` needs it.
+        """
+        levels = np.array(
+            [_UNKNOWN_LEVEL, _OCCUPIED_LEVEL, _FREE_LEVEL, _hidden_level(hidden)], np.uint8
+        )
+        # rows run from far to near, columns from left to right
+        cells = np.ascontiguousarray(self.cells[::-1].T)
+        grey = levels[cells]
+        if hidden == "cost":
+            opaque = np.where(cells == UNKNOWN, np.uint8(0), np.uint8(255))
+            grey = np.dstack([grey, opaque])
+        return encode_png(Image.fromarray(grey))
+
+    def map_yaml(self, image: str, hidden: HiddenAs = "cost") -> bytes:
         """YAML with which a ROS map server loads `map_png`.
 
         Args:
             image: File name of the PNG in the same folder.
+            hidden: As for `map_png`.
         """
+        _hidden_level(hidden)
         lowest_y_m = -self.cells.shape[1] / 2 * self.cell_m
         lines = [
             f"image: {json.dumps(image)}",
-            "mode: trinary",
+            f"mode: {'scale' if hidden == 'cost' else 'trinary'}",
             f"resolution: {self.cell_m:.9g}",
             f"origin: [0.0, {lowest_y_m:.9g}, 0.0]",
             "negate: 0",
@@ -120,56 +144,113 @@ class OccupancyGrid:
         ]
         return ("\n".join(lines) + "\n").encode("utf-8")
 
-    def save(self, yaml: str | Path) -> tuple[Path, Path]:
+    def save(self, yaml: str | Path, hidden: HiddenAs = "cost") -> tuple[Path, Path]:
         """Writes a map for a ROS map server: the YAML, and a PNG of the same name beside it.
+
+        Args:
+            yaml: The YAML file.
+            hidden: As for `map_png`.
 
         Raises:
             OutputError: If they cannot be written.
         """
         path = Path(yaml)
         picture = path.with_suffix(".png")
+        png, text = self.map_png(hidden), self.map_yaml(picture.name, hidden)
         try:
-            picture.write_bytes(self.map_png())
-            path.write_bytes(self.map_yaml(picture.name))
+            write_atomically(picture, png)
+            write_atomically(path, text)
         except OSError as error:
             raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
         return path, picture
 
 
+def _hidden_level(hidden: HiddenAs) -> int:
+    if hidden not in _HIDDEN_LEVELS:
+        raise ValueError(f"hidden is {hidden!r}; give {', '.join(map(repr, _HIDDEN_LEVELS))}")
+    return _HIDDEN_LEVELS[hidden]
+
+
 def make_occupancy_grid(
-    prediction: GroundMaps, cell_m: float = 0.05, range_m: float = 10.0
+    prediction: GroundMaps,
+    cell_m: float = 0.05,
+    range_m: float = 10.0,
+    robot_height_m: float = ROBOT_HEIGHT_M,
 ) -> OccupancyGrid:
     """The grid of a prediction; see `Prediction.top_down`."""
+    _check_sizes(cell_m, range_m)
+    return grid_with(prediction, find_obstacles(prediction, robot_height_m), cell_m, range_m)
+
+
+def grid_with(
+    prediction: GroundMaps, obstacles: Obstacles, cell_m: float, range_m: float
+) -> OccupancyGrid:
+    """The grid of a prediction whose obstacles are known already."""
+    cells, row, column, seen = _ground_cells(prediction, cell_m, range_m)
+    values = cells[seen]
+    raised = obstacles.raised[row, column]
+    values[raised] = UNKNOWN  # a table top called ground: what is beneath it is not seen
+    cells[seen] = values
+    places_m = _centres_m(len(cells), cell_m)
+    within = np.hypot(places_m[..., 0], places_m[..., 1]) <= range_m
+    cells[obstacles.covers(places_m, cell_m) & within] = OCCUPIED
+    return OccupancyGrid(cells, cell_m, prediction.ground_plane())
+
+
+def make_walkable_grid(
+    prediction: GroundMaps, cell_m: float = 0.05, range_m: float = 10.0
+) -> OccupancyGrid:
+    """The grid of "walkable behind things"; see `Prediction.walkable_behind_things`."""
+    _check_sizes(cell_m, range_m)
+    cells, row, column, seen = _ground_cells(prediction, cell_m, range_m)
+    camera, plane = prediction.intrinsics, prediction.ground_plane()
+    rows = len(cells)
+    surface = plane.to_ground(backproject(prediction.visible_depth_m, camera))
+    surface_m = np.hypot(surface[..., 0], surface[..., 1])
+    behind_m = np.hypot(*_centres_m(rows, cell_m)[seen].T) - surface_m[row, column]
+    values = cells[seen]
+    values[(values == UNKNOWN) & (behind_m <= _OBSTACLE_DEPTH_M)] = OCCUPIED
+    cells[seen] = values
+    ground = np.pad(cells >= VISIBLE, 1)
+    near_ground = np.zeros_like(seen)
+    for down, right in ((i, j) for i in range(3) for j in range(3)):
+        near_ground |= ground[down : down + rows, right : right + 2 * rows]
+    cells[seen & near_ground & (cells < VISIBLE)] = OCCUPIED  # something ends the ground here
+    return OccupancyGrid(cells, cell_m, plane)
+
+
+def _check_sizes(cell_m: float, range_m: float) -> None:
     if not (np.isfinite(range_m) and 0 < cell_m <= range_m <= 5000 * cell_m):
         raise ValueError(
             f"cell_m is {cell_m}, range_m is {range_m}; give positive numbers of metres, with "
             "1 to 5000 cells in the range"
         )
-    camera = prediction.intrinsics
-    plane = prediction.ground_plane()
+
+
+def _ground_cells(
+    prediction: GroundMaps, cell_m: float, range_m: float
+) -> tuple[NDArray[np.uint8], NDArray[np.intp], NDArray[np.intp], Mask]:
+    """Looks up the ground below the centre of every cell.
+
+    Returns:
+        uint8 (rows, columns): `VISIBLE`, `HIDDEN` or `UNKNOWN`; row and column in the maps of the
+        cells in view; and bool (rows, columns), the cells in view.
+    """
     rows = round(range_m / cell_m)
-    columns = 2 * rows
     places_m = _centres_m(rows, cell_m)
-    x, y = np.moveaxis(plane.to_pixels(places_m, camera), -1, 0)
+    pixels = prediction.ground_plane().to_pixels(places_m, prediction.intrinsics)
+    x, y = np.moveaxis(pixels, -1, 0)
     height, width = prediction.map_size
     with np.errstate(invalid="ignore"):
-        in_view = (x >= -0.5) & (x < width - 0.5) & (y >= -0.5) & (y < height - 0.5)
-    in_view &= np.hypot(places_m[..., 0], places_m[..., 1]) <= range_m
-    row, column = np.floor(y[in_view] + 0.5).astype(int), np.floor(x[in_view] + 0.5).astype(int)
-    surface = plane.to_ground(backproject(prediction.visible_depth_m, camera))
-    surface_m = np.hypot(surface[..., 0], surface[..., 1])
-    behind_m = np.hypot(*places_m[in_view].T) - surface_m[row, column]
-    values = np.where(behind_m <= _OBSTACLE_DEPTH_M, OCCUPIED, UNKNOWN)
+        seen = (x >= -0.5) & (x < width - 0.5) & (y >= -0.5) & (y < height - 0.5)
+    seen &= np.hypot(places_m[..., 0], places_m[..., 1]) <= range_m
+    row, column = np.floor(y[seen] + 0.5).astype(int), np.floor(x[seen] + 0.5).astype(int)
+    values = np.full(len(row), UNKNOWN, np.uint8)
     values[prediction.ground[row, column]] = VISIBLE
     values[prediction.hidden_ground[row, column]] = HIDDEN
-    cells = np.full((rows, columns), UNKNOWN, np.uint8)
-    cells[in_view] = values
-    free = np.pad(cells >= VISIBLE, 1)
-    near_free = np.zeros_like(in_view)
-    for down, right in ((i, j) for i in range(3) for j in range(3)):
-        near_free |= free[down : down + rows, right : right + columns]
-    cells[in_view & near_free & (cells < VISIBLE)] = OCCUPIED  # something ends the free ground here
-    return OccupancyGrid(cells, cell_m, plane)
+    cells = np.full((rows, 2 * rows), UNKNOWN, np.uint8)
+    cells[seen] = values
+    return cells, row, column, seen
 
 
 def _centres_m(rows: int, cell_m: float) -> NDArray[np.float64]:

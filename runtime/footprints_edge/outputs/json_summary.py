@@ -1,9 +1,11 @@
 """The summary of a prediction, which is the content of the `json` output."""
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
+from footprints_edge.errors import GroundPlaneError, MissingMapError
 from footprints_edge.foundation.types import Floats, Mask
 from footprints_edge.foundation.version import __version__
 from footprints_edge.maps.ground_maps import GroundMaps
@@ -14,15 +16,24 @@ def summarise(prediction: GroundMaps) -> dict[str, Any]:
 
     Sizes are (height, width) in pixels, fractions refer to the picture's area, and distances are in
     metres along the optical axis. A value is null if there is no ground, or if the model file lacks
-    its map. `ground_plane` is the plane that the ground's depth was snapped to, null if it was not.
+    its map. `ground_plane` is `GroundMaps.ground_plane`, which grids and drawings use as well, null
+    if there is none.
     """
     image_size, map_size = prediction.image_size, prediction.map_size
     camera = prediction.intrinsics.scaled(map_size, image_size)
-    plane = prediction.laid_onto
+    plane = None
+    with suppress(GroundPlaneError, MissingMapError):
+        plane = prediction.ground_plane()
     has_masks = prediction.has("ground_probability")
     depth_m: Floats = np.empty(0, np.float32)
     if has_masks and prediction.has("unmasked_ground_depth_m"):
         depth_m = prediction.ground_depth_m[prediction.ground]
+    pose = prediction.pose
+    known = {
+        "camera_height_m": pose.height_m,
+        "pitch_deg": pose.pitch_deg,
+        "roll_deg": pose.roll_deg,
+    }
     return {
         "image": prediction.name,
         "image_size_px": list(image_size),
@@ -43,6 +54,7 @@ def summarise(prediction: GroundMaps) -> dict[str, Any]:
             "pitch_deg": plane.pitch_deg,
             "roll_deg": plane.roll_deg,
             "error_m": plane.error_m,
+            "known": [name for name, value in known.items() if value is not None],
         },
         "threshold": prediction.threshold,
         "camera": {

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge.foundation.types import Floats, Rgb
+from footprints_edge.foundation.types import Rgb
 from footprints_edge.geometry.camera import backproject
 from footprints_edge.inputs.preprocessing import enough_for, preprocess
 from footprints_edge.maps.ground_maps import GroundMaps
@@ -38,21 +38,37 @@ def encode_ply(prediction: GroundMaps) -> bytes:
     hidden = ground[prediction.hidden_ground]
     vertices = np.concatenate(
         [
-            _vertices(seen.reshape(-1, 3), colours.reshape(-1, 3), layer=0),
-            _vertices(hidden, np.full(hidden.shape, HIDDEN_GROUND_RGB, np.uint8), layer=1),
+            coloured_points(seen.reshape(-1, 3), colours.reshape(-1, 3), layer=0),
+            coloured_points(hidden, np.full(hidden.shape, HIDDEN_GROUND_RGB, np.uint8), layer=1),
         ]
     )
+    return ply_file(
+        vertices,
+        "metres; camera axes: x right, y down, z forward",
+        "layer 0: seen; layer 1: hidden ground",
+    )
+
+
+def ply_file(vertices: NDArray[np.void], *comments: str) -> bytes:
+    """Encodes points as binary little-endian PLY.
+
+    Args:
+        vertices: Points from `coloured_points`.
+        comments: Lines of the header, ASCII.
+    """
     properties = "".join(f"property {kind} {name}\n" for name, kind, _ in _PROPERTIES)
     header = (
         "ply\nformat binary_little_endian 1.0\n"
-        "comment metres; camera axes: x right, y down, z forward\n"
-        "comment layer 0: seen; layer 1: hidden ground\n"
-        f"element vertex {len(vertices)}\n{properties}end_header\n"
+        + "".join(f"comment {comment}\n" for comment in comments)
+        + f"element vertex {len(vertices)}\n{properties}end_header\n"
     )
     return header.encode("ascii") + vertices.tobytes()
 
 
-def _vertices(points_m: Floats, colours: Rgb, layer: int) -> NDArray[np.void]:
+def coloured_points(
+    points_m: NDArray[np.floating], colours: Rgb, layer: int | NDArray[np.uint8]
+) -> NDArray[np.void]:
+    """Vertices of points (N, 3), with colours (N, 3) and a layer, one or (N,)."""
     vertices = np.empty(len(points_m), _VERTEX)
     vertices["x"], vertices["y"], vertices["z"] = points_m.T
     vertices["red"], vertices["green"], vertices["blue"] = colours.T

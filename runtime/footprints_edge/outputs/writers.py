@@ -159,6 +159,18 @@ def _map_yaml(prediction: GroundMaps, image: str = NAMELESS + _MAP_PNG) -> bytes
     return make_occupancy_grid(prediction).map_yaml(image)
 
 
+def _grid_npz(prediction: GroundMaps) -> bytes:
+    from footprints_edge.outputs.occupancy_files import encode_occupancy_npz
+
+    return encode_occupancy_npz(prediction)
+
+
+def _grid_ply(prediction: GroundMaps) -> bytes:
+    from footprints_edge.outputs.occupancy_files import encode_occupancy_ply
+
+    return encode_occupancy_ply(prediction)
+
+
 def _depth_png(depth_m: Floats) -> bytes:
     """uint16 millimetres; 0 means no depth, so depths are at least 1 mm."""
     valid = np.isfinite(depth_m)
@@ -184,6 +196,8 @@ FORMATS: Mapping[str, Mapping[str, Encoder]] = {
     "json": {".json": _json},
     "ply": {".ply": _ply},
     "topdown": {_MAP_PNG: _map_png, ".topdown.yaml": _map_yaml},
+    "topdown_npz": {".topdown.npz": _grid_npz},
+    "topdown_ply": {".topdown.ply": _grid_ply},
     "topdown_picture": {".topdown_picture.png": _top_down_picture},
 }
 """The files of each format: the suffix of the picture's name, and the encoder."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from footprints_edge.drawing.colormap import colour_scale, scale_position
 from footprints_edge.drawing.occupancy_grid import draw_bev
-from footprints_edge.drawing.overlay import LEGEND_PX, draw_legend
+from footprints_edge.drawing.overlay import LEGEND_PX, draw_legend, lens_note
 from footprints_edge.drawing.style import (
     HATCH_PERIOD,
     HATCH_STRIPE,
@@ -50,7 +50,7 @@ class VideoOverlay:
         cv2 = self._cv2
         size = prediction.image_size
         if size != self._size:
-            self._prepare(size)
+            self._prepare(size, lens_note(prediction.intrinsics.source))
         photo = cv2.cvtColor(prediction.rgb, cv2.COLOR_RGB2BGR)
         at_size = {"dsize": size[::-1], "interpolation": cv2.INTER_LINEAR}
         visible, ground = (
@@ -78,7 +78,7 @@ class VideoOverlay:
             cv2.drawContours(drawn, edges, -1, WHITE, thickness, cv2.LINE_AA)
         return self._composed(drawn, prediction)
 
-    def _prepare(self, size: Size) -> None:
+    def _prepare(self, size: Size, note: str) -> None:
         height, width = size
         self._size = size
         pen_px = max(1.0, max(size) / 700)
@@ -86,7 +86,7 @@ class VideoOverlay:
         self._stripes = diagonal_stripes(
             size, HATCH_PERIOD * along_row, HATCH_STRIPE * along_row
         ).astype(np.uint8)
-        legend = np.asarray(draw_legend(max(width, LEGEND_PX), height))[..., ::-1]
+        legend = np.asarray(draw_legend(max(width, LEGEND_PX), height, note))[..., ::-1]
         self._rows = rows = height + legend.shape[0]
         columns = max(width, legend.shape[1])
         all_columns = columns + (rows if self._bev else 0)

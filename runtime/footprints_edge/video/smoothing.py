@@ -96,7 +96,7 @@ class Tracker:
         else:
             ground_xy, depth_ratio = motion.before((height, width))
             ground_unchanged = np.ones_like(unchanged)  # an occluder does not change the ground
-        return now.with_maps(
+        smoothed = now.with_maps(
             visible_ground_probability=_blend(
                 now.visible_ground_probability,
                 self._warp(before.visible_ground_probability, flow_xy),
@@ -112,6 +112,10 @@ class Tracker:
                 _depth_now(self._warp(before.visible_depth_m, flow_xy), motion, now),
                 unchanged,
             ),
+        )
+        if now.pose.everything:  # its ground lies on the plane that is known
+            return smoothed
+        return smoothed.with_maps(
             unmasked_ground_depth_m=_blend_depth(
                 now.unmasked_ground_depth_m,
                 self._warp(before.unmasked_ground_depth_m, ground_xy) / depth_ratio,

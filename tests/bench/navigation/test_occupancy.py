@@ -97,13 +97,13 @@ def rooms():
     return made
 
 
-def test_free_cells_of_exact_maps_are_those_of_the_floor_plan(rooms):
+def test_walkable_cells_of_exact_maps_are_those_of_the_floor_plan(rooms):
     overlaps = []
     for made in rooms:
-        grid = exact_prediction(judged(made), Like(made)).top_down(CELL_M, RANGE_M)
+        grid = exact_prediction(judged(made), Like(made)).walkable_behind_things(CELL_M, RANGE_M)
         plan = floor_plan(made, grid)
         assert plan.sum() * CELL_M**2 > 0.5
-        overlaps.append((grid.free & plan).sum() / (grid.free | plan).sum())
+        overlaps.append((grid.walkable & plan).sum() / (grid.walkable | plan).sum())
     assert min(overlaps) >= 0.8, overlaps
     assert np.mean(overlaps) >= 0.9, overlaps
 
@@ -112,18 +112,18 @@ def test_the_score_is_the_overlap_of_known_cells(rooms):
     made = rooms[0]
     ground_truth = judged(made)
     exact = exact_prediction(ground_truth, Like(made))
-    grid = exact.top_down(CELL_M, RANGE_M)
+    grid = exact.walkable_behind_things(CELL_M, RANGE_M)
     valid = valid_cells(grid, ground_truth, exact.intrinsics)
     assert valid.all()
     perfect = compare_grids(grid, grid, valid)
     assert (perfect.iou, perfect.area, perfect.height, perfect.pitch) == (1, 0, 0, 0)
     half = valid.copy()
-    rows = np.flatnonzero(grid.free.any(axis=1))
+    rows = np.flatnonzero(grid.walkable.any(axis=1))
     cells = grid.cells.copy()
     cells[rows[::2]] = 0
     part = type(grid)(cells, grid.cell_m, grid.plane)
     score = compare_grids(part, grid, half)
-    assert score.iou == pytest.approx(part.free.sum() / grid.free.sum())
+    assert score.iou == pytest.approx(part.walkable.sum() / grid.walkable.sum())
     assert score.area == pytest.approx(1 - score.iou)
     half[rows[::2]] = False  # where nobody knows, nothing is missing
     assert compare_grids(part, grid, half).iou == 1
@@ -133,7 +133,7 @@ def test_cells_on_rays_that_nobody_knows_do_not_count(rooms):
     made = rooms[0]
     ground_truth = judged(made)
     exact = exact_prediction(ground_truth, Like(made))
-    grid = exact.top_down(CELL_M, RANGE_M)
+    grid = exact.walkable_behind_things(CELL_M, RANGE_M)
     valid = ground_truth.ground.valid.copy()
     valid[:, : made.camera.size[1] // 2] = False
     unknown = GroundTruth(

@@ -34,7 +34,28 @@ def test_the_overlay_comes_beside_the_picture(infer, photos):
     assert result.exit_code == 0, result.output
     assert result.stdout.splitlines() == [str(photos / "a.png.overlay.png")]
     assert (photos / "a.png.overlay.png").is_file()
-    assert result.stderr == ""
+    assert result.stderr.startswith("Assumed a lens of 60 degrees")
+    assert result.stderr.count("\n") == 1
+
+
+def test_a_lens_that_was_assumed_is_said_once_and_one_that_is_known_never(infer, photos, tmp_path):
+    several = infer(photos, "--recursive", "-o", tmp_path / "a")
+    assert several.stderr.count("Assumed a lens") == 1
+    known = infer(photos / "a.png", "--hfov", "70", "-o", tmp_path / "b")
+    assert known.stderr == ""
+
+
+def test_the_known_pose_is_in_the_json(infer, photos, tmp_path):
+    options = ("--camera-height", "1.2", "--pitch", "15", "--roll", "-2")
+    result = infer(photos / "a.png", "--format", "json", "-o", tmp_path, *options)
+    assert result.exit_code == 0, result.output
+    plane = json.loads((tmp_path / "a.png.json").read_text())["ground_plane"]
+    assert plane["camera_height_m"] == pytest.approx(1.2)
+    assert (plane["pitch_deg"], plane["roll_deg"]) == pytest.approx((15, -2))
+    assert plane["known"] == ["camera_height_m", "pitch_deg", "roll_deg"]
+    wrong = infer(photos / "a.png", "--camera-height", "0", "-o", tmp_path / "c")
+    assert wrong.exit_code != 0
+    assert "camera height is 0" in wrong.stderr
 
 
 def test_all_formats_of_a_folder_keeping_sub_folders(infer, photos, tmp_path):
@@ -262,7 +283,7 @@ def test_a_real_process_with_a_bad_file_ends_with_1_and_no_traceback(tiny_path, 
 def test_ctrl_c_ends_quietly_with_130(tiny_path, photos):
     os.mkfifo(photos / "never")  # reading it waits for ever
     process = subprocess.Popen(
-        command("infer", photos / "a.png", photos / "never", "--model", tiny_path),
+        command("infer", photos / "a.png", photos / "never", "--model", tiny_path, "-q"),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )
@@ -277,7 +298,7 @@ def test_a_closed_pipe_leaves_no_traceback(tiny_path, photos):
     reading, writing = os.pipe()
     os.close(reading)
     process = subprocess.run(
-        command("infer", photos, "--model", tiny_path),
+        command("infer", photos, "--model", tiny_path, "-q"),
         stdout=writing,
         stderr=subprocess.PIPE,
         text=True,

@@ -5,6 +5,7 @@ import zlib
 import numpy as np
 import pytest
 from PIL import Image
+from PIL.ExifTags import IFD, Base
 
 from footprints_edge.errors import ImageError
 from footprints_edge.inputs import images
@@ -349,3 +350,24 @@ def test_a_jpeg_is_decoded_twice_only_on_demand(monkeypatch):
     monkeypatch.setattr(images, "_opened", lambda *_: pytest.fail("it was decoded again"))
     assert decoded.size == (400, 800)
     assert decoded.at_least((90, 200)).shape == (100, 200, 3)
+
+
+@pytest.mark.parametrize(
+    ("size", "factor"),
+    [
+        ((400, 300), 1.0),
+        ((200, 150), 1.0),
+        ((300, 300), 500 / np.hypot(300, 300)),
+        ((600, 600), 1.0),
+    ],
+)
+@pytest.mark.parametrize("orientation", [1, 6])
+def test_a_crop_has_the_focal_length_of_the_whole_shot(size, factor, orientation):
+    exif = Image.Exif()
+    exif[Base.Orientation] = orientation
+    of_shot = exif.get_ifd(IFD.Exif)
+    of_shot[Base.FocalLengthIn35mmFilm] = 27
+    of_shot[Base.ExifImageWidth], of_shot[Base.ExifImageHeight] = 400, 300
+    buffer = io.BytesIO()
+    Image.new("RGB", size).save(buffer, "JPEG", exif=exif)
+    assert decode(buffer.getvalue()).focal_35mm == pytest.approx(27 * factor)

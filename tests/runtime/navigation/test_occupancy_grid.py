@@ -63,24 +63,101 @@ def grid(scene):
     return scene.top_down(cell_m=0.05, range_m=6)
 
 
+@pytest.fixture(scope="module")
+def walkable(scene):
+    return scene.walkable_behind_things(cell_m=0.05, range_m=6)
+
+
 def centres(grid):
     rows, columns = grid.cells.shape
     r, c = np.mgrid[:rows, :columns]
     return (rows - r - 0.5) * grid.cell_m, (columns / 2 - c - 0.5) * grid.cell_m
 
 
-def test_free_cells_are_those_of_the_floor_plan(grid):
-    x, y = centres(grid)
+def test_walkable_cells_are_those_of_the_floor_plan(walkable):
+    x, y = centres(walkable)
     depth = x * np.cos(PITCH) + HEIGHT_M * np.sin(PITCH)
     u = CAMERA.cx - CAMERA.fx * y / depth
     v = CAMERA.cy + CAMERA.fy * (HEIGHT_M * np.cos(PITCH) - x * np.sin(PITCH)) / depth
     in_view = (u >= 0) & (u < 447) & (v >= 0) & (v < 255) & (np.hypot(x, y) < 6)
     box = (x > BOX[0]) & (x < BOX[1]) & (y > BOX[2]) & (y < BOX[3])
     expected = in_view & ~box
-    overlap = (grid.free & expected).sum() / (grid.free | expected).sum()
+    overlap = (walkable.walkable & expected).sum() / (walkable.walkable | expected).sum()
     assert overlap > 0.97
-    assert (grid.cells[box] == OCCUPIED).mean() > 0.85
-    assert grid.free_area_m2 == pytest.approx(expected.sum() * 0.05**2, rel=0.03)
+    assert (walkable.cells[box] == OCCUPIED).mean() > 0.85
+    area_m2 = walkable.free_area_m2 + walkable.hidden_area_m2
+    assert area_m2 == pytest.approx(expected.sum() * 0.05**2, rel=0.03)
+
+
+def test_the_box_is_occupied_and_the_floor_behind_it_is_not_free(grid, walkable):
+    x, y = centres(grid)
+    box = (x > BOX[0]) & (x < BOX[1]) & (y > BOX[2]) & (y < BOX[3])
+    assert (grid.cells[box] == OCCUPIED).mean() > 0.8
+    rim = (x > BOX[0] - 0.1) & (x < BOX[1] + 0.25) & (y > BOX[2] - 0.15) & (y < BOX[3] + 0.15)
+    assert not (grid.cells == OCCUPIED)[~rim].any()
+    shadow = (walkable.cells == HIDDEN) & ~rim
+    assert shadow.sum() > 200
+    assert (grid.cells[shadow] == HIDDEN).all()
+    assert not grid.free[shadow].any()
+
+
+@pytest.mark.parametrize(("robot_height_m", "stands"), [(0.5, True), (1.0, False), (1.6, True)])
+def test_a_robot_passes_beneath_what_is_higher(robot_height_m, stands):
+    """A lamp or a shelf: seen from 0.9 to 1.4 m above the floor and, for 0.5, a box of 0.7 m."""
+    scene = exact()
+    if robot_height_m != 0.5:
+        lifted = scene.visible_depth_m.copy()
+        rows = slice(60, 80)
+        down = np.cos(PITCH) * (np.arange(SIZE[0]) - CAMERA.cy) / CAMERA.fy + np.sin(PITCH)
+        lifted[:] = scene.unmasked_ground_depth_m
+        lifted[rows, 200:250] = ((HEIGHT_M - 1.2) / down[rows])[:, None]
+        visible = scene.ground.astype(np.float32)
+        visible[rows, 200:250] = 0
+        scene = scene.with_maps(
+            visible_ground_probability=visible,
+            ground_probability=np.ones(SIZE, np.float32),
+            visible_depth_m=lifted,
+        )
+    cells = scene.top_down(0.05, 6, robot_height_m=robot_height_m).cells
+    assert (cells == OCCUPIED).any() == stands
+
+
+def test_noise_of_a_few_pixels_is_no_obstacle(scene):
+    rng = np.random.default_rng(0)
+    floor_m = scene.unmasked_ground_depth_m
+    noisy = floor_m * np.exp(rng.normal(0, 0.03, SIZE)).astype(np.float32)
+    speckled = scene.with_maps(
+        visible_ground_probability=np.where(rng.random(SIZE) < 1e-3, 0, 1).astype(np.float32),
+        ground_probability=np.ones(SIZE, np.float32),
+        visible_depth_m=np.where(rng.random(SIZE) < 1e-3, floor_m / 2, noisy),
+    )
+    assert not (speckled.top_down(0.05, 6).cells == OCCUPIED).any()
+
+
+def test_the_depths_scale_comes_from_the_visible_ground(scene):
+    off = scene.with_maps(visible_depth_m=scene.visible_depth_m * np.float32(1.3))
+    np.testing.assert_allclose(off.scan([0.0]).ranges_m, [3.0], atol=0.1)
+
+
+def test_a_scan_says_where_nothing_is_and_what_is_not_in_view(scene, grid):
+    scan = scene.scan()
+    assert scan.bearings_deg.shape == scan.ranges_m.shape == scan.confidence.shape == (181,)
+    at = dict(zip(scan.bearings_deg, scan.ranges_m, strict=True))
+    np.testing.assert_allclose(at[0.0], 3.0, atol=0.08)
+    assert np.isinf(at[25.0])
+    assert np.isnan(at[60.0])
+    finite = np.isfinite(scan.ranges_m)
+    assert ((scan.confidence > 0) == finite).all()
+    assert scan.confidence.max() <= 1
+    near_m = grid.nearest_obstacle_m(scan.bearings_deg[finite])
+    np.testing.assert_allclose(near_m, scan.ranges_m[finite], atol=0.16)
+
+
+def test_a_robot_lower_than_a_step_is_refused(scene):
+    with pytest.raises(ValueError, match=r"robot_height_m is 0\.1"):
+        scene.top_down(robot_height_m=0.1)
+    with pytest.raises(ValueError, match="robot_height_m is nan"):
+        scene.scan(robot_height_m=float("nan"))
 
 
 def test_hidden_cells_lie_in_the_shadow_of_the_box(grid):
@@ -121,10 +198,14 @@ def test_cells_far_behind_the_visible_surface_are_unknown(scene):
         ground_probability=(~beyond).astype(np.float32),
         visible_depth_m=np.where(beyond, to_wall_m, scene.unmasked_ground_depth_m),
     )
-    column = walled.top_down(0.05, 6).cells[::-1, 120]  # straight ahead, near to far
+    column = walled.walkable_behind_things(0.05, 6).cells[::-1, 120]  # straight ahead, near to far
     assert column[int(1.9 / 0.05)] == VISIBLE
     assert column[int(2.2 / 0.05)] == OCCUPIED
     assert column[int(3.2 / 0.05)] == UNKNOWN
+    column = walled.top_down(0.05, 6).cells[::-1, 120]
+    assert column[int(1.9 / 0.05)] == VISIBLE
+    assert OCCUPIED in column[int(1.9 / 0.05) : int(2.2 / 0.05)]
+    assert (column[int(2.3 / 0.05) :] == UNKNOWN).all()
 
 
 def read_yaml(text):
@@ -133,21 +214,35 @@ def read_yaml(text):
     return {key: value if key == "mode" else json.loads(value) for key, value in pairs}
 
 
-def test_a_map_server_finds_every_cell_where_it_is(grid, tmp_path):
-    yaml, png = grid.save(tmp_path / "map.yaml")
+@pytest.mark.parametrize("hidden", ["cost", "unknown", "free"])
+def test_a_map_server_finds_every_cell_where_it_is(grid, tmp_path, hidden):
+    yaml, png = grid.save(tmp_path / "map.yaml", hidden)
     facts = read_yaml(yaml.read_text())
     assert facts["image"] == png.name
     with Image.open(tmp_path / facts["image"]) as image:
-        assert image.mode == "L"
-        pixels = np.asarray(image)
+        assert image.mode == ("LA" if hidden == "cost" else "L")
+        grey, alpha = (np.asarray(band) for band in image.convert("LA").split())
     # map_server: occupancy is (255 - grey) / 255, the origin is the lower left pixel's corner
-    occupancy = (255 - pixels[::-1].astype(float)) / 255
+    occupancy = (255 - grey[::-1].astype(float)) / 255
     x, y = centres(grid)
     column = np.floor((x - facts["origin"][0]) / facts["resolution"]).astype(int)
     row = np.floor((y - facts["origin"][1]) / facts["resolution"]).astype(int)
-    read = occupancy[row, column]
-    np.testing.assert_array_equal(read > facts["occupied_thresh"], grid.cells == OCCUPIED)
-    np.testing.assert_array_equal(read < facts["free_thresh"], grid.free)
+    read, alpha = occupancy[row, column], alpha[::-1][row, column]
+    occupied, free = read > facts["occupied_thresh"], read < facts["free_thresh"]
+    np.testing.assert_array_equal(occupied, grid.cells == OCCUPIED)
+    np.testing.assert_array_equal(free, grid.walkable if hidden == "free" else grid.free)
+    assert facts["mode"] == ("scale" if hidden == "cost" else "trinary")
+    if hidden == "cost":
+        np.testing.assert_array_equal(alpha == 0, grid.cells == UNKNOWN)
+        low, high = facts["free_thresh"], facts["occupied_thresh"]
+        cost = 100 * (read - low) / (high - low)
+        np.testing.assert_allclose(cost[grid.cells == HIDDEN], 50, atol=1)
+
+
+def test_another_word_for_hidden_ground_is_refused(grid, tmp_path):
+    with pytest.raises(ValueError, match="hidden is 'grey'"):
+        grid.save(tmp_path / "map.yaml", "grey")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_format_names_the_picture_beside_it(scene, tmp_path):
@@ -168,14 +263,16 @@ def test_invalid_grids_are_refused(scene, tmp_path):
         none.top_down()
     plane = fit_ground_plane(scene.unmasked_ground_depth_m, scene.ground, CAMERA)
     with pytest.raises(OutputError, match="cannot write"):
+        (tmp_path / "no").touch()
         OccupancyGrid(np.zeros((4, 8), np.uint8), 0.05, plane).save(tmp_path / "no" / "map.yaml")
 
 
-def test_where_free_ground_ends_in_view_something_is_occupied(grid):
-    free = np.pad(grid.free, 1)
+def test_where_walkable_ground_ends_in_view_something_is_occupied(walkable):
+    grid = walkable
+    free = np.pad(grid.walkable, 1)
     shifted = [free[i : i + 120, j : j + 240] for i in range(3) for j in range(3)]
     x, y = centres(grid)
     inner = (x > BOX[0]) & (x < BOX[1]) & (y > BOX[2]) & (y < BOX[3])
-    rim = np.any(shifted, axis=0) & ~grid.free & inner
+    rim = np.any(shifted, axis=0) & ~grid.walkable & inner
     assert rim.sum() > 50
     assert (grid.cells[rim] == OCCUPIED).all()

@@ -1,0 +1,198 @@
+"""Calibration files of real lenses, and the rectification of their pictures.
+
+Results hold for the rectified camera: a pinhole without distortion that sees the part of the
+picture which no black border reaches.
+"""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from threading import Lock
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge.errors import IntrinsicsError
+from footprints_edge.foundation.opencv import opencv
+from footprints_edge.foundation.types import Rgb, Size
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.inputs.images import DecodedImage
+
+DistortionModel: TypeAlias = Literal["plumb_bob", "rational_polynomial", "equidistant"]
+
+_FISHEYE = {"equidistant", "fisheye"}
+_COEFFICIENTS = {
+    "plumb_bob": (4, 5),
+    "rational_polynomial": (8, 12, 14),
+    "equidistant": (4,),
+}
+_SAME_SHAPE = 0.01
+"""Relative difference of a picture's aspect ratio from the calibration's that is allowed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A calibrated lens: the content of a calibration file.
+
+    Pass it to `Model.predict` as `intrinsics`. It keeps the last remap, so use one object for all
+    pictures of a camera.
+
+    Attributes:
+        size: (H, W) of the pictures of the calibration.
+        matrix: float64 (3, 3), K.
+        model: The distortion's model, by ROS's names; `equidistant` is a fisheye lens.
+        distortion: float64 (N,), its coefficients, in OpenCV's order.
+    """
+
+    size: Size
+    matrix: NDArray[np.float64]
+    model: DistortionModel
+    distortion: NDArray[np.float64]
+    _maps: dict[Size, tuple[Any, Any, Intrinsics]] = field(default_factory=dict, repr=False)
+    _lock: Any = field(default_factory=Lock, repr=False)
+
+    @classmethod
+    def read(cls, path: str | Path) -> "Calibration":
+        """Reads the YAML that ROS's `camera_calibration` or OpenCV's `FileStorage` writes.
+
+        Raises:
+            IntrinsicsError: If it cannot be read, or lacks the camera's matrix, its size or its
+                distortion.
+            VideoError: If OpenCV is missing.
+        """
+        path = Path(path)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise IntrinsicsError(f"{path}: cannot be read as a calibration: {error}") from error
+        try:
+            return _parsed(text)
+        except IntrinsicsError as error:
+            raise IntrinsicsError(f"{path}: {error}") from None
+
+    def rectified(self, image: DecodedImage) -> tuple[DecodedImage, Intrinsics]:
+        """The picture as a pinhole camera would have taken it, and that camera.
+
+        Raises:
+            IntrinsicsError: If the picture's shape is not that of the calibration.
+        """
+        height, width = image.size
+        shape = width / height * self.size[0] / self.size[1]
+        if abs(shape - 1) > _SAME_SHAPE:
+            raise IntrinsicsError(
+                f"the picture is {width} x {height} pixels, the calibration is for "
+                f"{self.size[1]} x {self.size[0]}; give uncropped pictures of that camera, held as "
+                "during the calibration"
+            )
+        across, down, camera = self._remap(image.size)
+        cv2 = opencv()
+        pixels: Rgb = cv2.remap(
+            image.rgb, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        return replace(image, pixels=pixels, file=None), camera
+
+    def _remap(self, size: Size) -> tuple[Any, Any, Intrinsics]:
+        with self._lock:
+            if size not in self._maps:
+                self._maps.clear()
+                self._maps[size] = self._make_remap(size)
+            return self._maps[size]
+
+    def _make_remap(self, size: Size) -> tuple[Any, Any, Intrinsics]:
+        cv2 = opencv()
+        given = Intrinsics(
+            self.matrix[0, 0], self.matrix[1, 1], self.matrix[0, 2], self.matrix[1, 2]
+        )
+        K, wh = given.scaled(self.size, size).matrix, size[::-1]
+        if self.model == "equidistant":
+            new = cv2.fisheye.estimateNewCameraMatrixForUndistortRectify(
+                K, self.distortion, wh, np.eye(3), balance=0.0
+            )
+            across, down = cv2.fisheye.initUndistortRectifyMap(
+                K, self.distortion, np.eye(3), new, wh, cv2.CV_16SC2
+            )
+        else:
+            new, _ = cv2.getOptimalNewCameraMatrix(K, self.distortion, wh, 0.0, wh)
+            across, down = cv2.initUndistortRectifyMap(
+                K, self.distortion, None, new, wh, cv2.CV_16SC2
+            )
+        camera = Intrinsics(new[0, 0], new[1, 1], new[0, 2], new[1, 2], "rectified")
+        return across, down, camera
+
+
+def _parsed(text: str) -> Calibration:
+    cv2 = opencv()
+    if not text.lstrip().startswith("%YAML"):
+        text = "%YAML:1.0\n---\n" + text
+    try:
+        storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+        matrix = _matrix(storage, "camera_matrix", "Camera_Matrix", "cameraMatrix", "K")
+        distortion = _matrix(
+            storage,
+            "distortion_coefficients",
+            "Distortion_Coefficients",
+            "distCoeffs",
+            "dist_coeffs",
+            "D",
+        )
+        width, height = (
+            _number(storage, *names)
+            for names in (
+                ("image_width", "image_Width", "width"),
+                ("image_height", "image_Height", "height"),
+            )
+        )
+        fisheye = _number(storage, "fisheye_model", "fisheye") or 0
+        node = storage.getNode("distortion_model")
+        name = node.string() if node.isString() else ""
+    except (cv2.error, SystemError) as error:  # its bindings wrap some parser errors
+        raise IntrinsicsError(f"not a calibration in YAML ({error})") from None
+    if matrix is None or matrix.size != 9 or distortion is None or not width or not height:
+        raise IntrinsicsError(
+            "a calibration needs image_width, image_height, camera_matrix (3 x 3) and "
+            "distortion_coefficients, as ROS's camera_calibration or OpenCV write them"
+        )
+    coefficients = distortion.ravel()
+    if name in _FISHEYE or fisheye:
+        model: DistortionModel = "equidistant"
+    elif name == "rational_polynomial" or coefficients.size > 5:
+        model = "rational_polynomial"
+    elif name in {"", "plumb_bob"}:
+        model = "plumb_bob"
+    else:
+        raise IntrinsicsError(
+            f"the distortion model is {name!r}; plumb_bob, rational_polynomial and equidistant "
+            "are supported"
+        )
+    if coefficients.size not in _COEFFICIENTS[model] or not np.isfinite(coefficients).all():
+        raise IntrinsicsError(
+            f"{model} has {coefficients.size} coefficients; it needs "
+            f"{' or '.join(map(str, _COEFFICIENTS[model]))} finite numbers"
+        )
+    K = matrix.reshape(3, 3)
+    Intrinsics(K[0, 0], K[1, 1], K[0, 2], K[1, 2])  # rejects impossible values
+    return Calibration((round(height), round(width)), K, model, coefficients)
+
+
+def _matrix(storage: Any, *names: str) -> NDArray[np.float64] | None:  # noqa: ANN401 - cv2's
+    """A matrix by one of its names: OpenCV's own type, or ROS's map of rows, cols and data."""
+    for name in names:
+        node = storage.getNode(name)
+        if node.empty():
+            continue
+        if node.isMap() and (data := node.getNode("data")).isSeq():
+            return np.array([data.at(i).real() for i in range(data.size())], np.float64)
+        if node.isSeq():
+            return np.array([node.at(i).real() for i in range(node.size())], np.float64)
+        found = node.mat()
+        if found is not None:
+            return np.asarray(found, np.float64)
+    return None
+
+
+def _number(storage: Any, *names: str) -> float | None:  # noqa: ANN401 - cv2's
+    for name in names:
+        node = storage.getNode(name)
+        if not node.empty() and (node.isInt() or node.isReal()):
+            return float(node.real())
+    return None

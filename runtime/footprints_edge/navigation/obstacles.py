@@ -1,0 +1,221 @@
+"""The one rule for obstacles: what is seen between a step and the robot's height above the ground.
+
+Grids, scans, paths and pictures all follow it. A surface that is seen is an obstacle where it
+
+- is higher above the ground plane than `STEP_HEIGHT_M` and lower than the robot, and
+- is not visible ground. Ground that is seen far above the plane is none: table tops look like
+  floors, so there the depth decides.
+
+The depth is a network's. So its scale is taken from the visible ground, whose distance the plane
+knows better. Pixels are counted by bearing and range, in bins that grow with the range as the
+depth's error does, and a bin is occupied if enough surface is seen in it.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footprints_edge.foundation.types import Floats, Mask
+from footprints_edge.maps.ground_maps import GroundMaps
+
+STEP_HEIGHT_M = 0.15
+"""Lower things are no obstacles: a network's depth does not tell them from the ground."""
+
+ROBOT_HEIGHT_M = 1.2
+"""Default height of the robot: higher things, such as lamps and table tops of bars, are passed
+beneath."""
+
+BEARING_DEG = 1.0
+"""Width of a bin."""
+
+_NEAREST_M, _FARTHEST_M = 0.2, 50.0
+_RANGE_STEP = 0.02
+"""Length of a bin, as a share of its range."""
+
+_WINDOW = 6
+"""A bin is judged together with the bins before it: 12 % of the range, about the depth's error."""
+
+_LEAST_SEEN_M = 0.01
+"""Height of the surface seen in a window, over the width of a bin, that makes an obstacle."""
+
+_LEAST_PX = 3
+
+_RAISED = 0.35
+"""Visible ground higher than this share of the camera's height is not ground. A smaller share puts
+obstacles on open floors, where the depth is a quarter wrong."""
+
+_STEEPEST = 0.04
+"""Change of the logarithm of depth from pixel to pixel along a row. Where it is steeper, the depth
+runs from one surface to another, and nothing stands there."""
+
+_SCALED_BY_PX = 100
+"""Pixels of visible ground that are needed to take the depth's scale from them."""
+
+_RANGES = math.ceil(math.log(_FARTHEST_M / _NEAREST_M) / _RANGE_STEP)
+_BEARINGS = round(180 / BEARING_DEG) + 1
+
+
+def check_robot_height(robot_height_m: float) -> None:
+    """Checks the height of a robot.
+
+    Raises:
+        ValueError: If it is not above `STEP_HEIGHT_M`.
+    """
+    if not (math.isfinite(robot_height_m) and robot_height_m > STEP_HEIGHT_M):
+        raise ValueError(
+            f"robot_height_m is {robot_height_m}; give metres, more than the {STEP_HEIGHT_M:g} m "
+            "of a step"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacles:
+    """What stands around the camera, by bearing and range, on the ground plane.
+
+    Bearings are degrees from straight ahead, left positive (REP-103), from -90 to 90. Ranges are
+    metres from the point below the camera.
+
+    Attributes:
+        occupied: bool (bearings, ranges).
+        in_view: bool (bearings,), bearings that the picture shows.
+        raised: bool (h, w), pixels of visible ground that are too high to be ground.
+    """
+
+    occupied: Mask
+    in_view: Mask
+    raised: Mask
+
+    def covers(self, places_m: NDArray[np.floating], cell_m: float) -> Mask:
+        """Whether places are occupied.
+
+        Args:
+            places_m: (rows, columns, 2): x forward and y left, metres: the centres of square cells.
+            cell_m: Side of a cell, metres.
+
+        Returns:
+            bool (rows, columns). A cell is occupied if its centre lies in an occupied bin, or the
+            centre of an occupied bin in it: near the camera bins are smaller than cells.
+        """
+        bearing, place = _bins(np.arctan2(places_m[..., 1], places_m[..., 0]), _length(places_m))
+        inside = (place >= 0) & (place < _RANGES) & (bearing >= 0) & (bearing < _BEARINGS)
+        found = np.zeros(inside.shape, bool)
+        found[inside] = self.occupied[bearing[inside], place[inside]]
+        angles, ranges_m = _centres()
+        angle, range_m = angles[self.occupied], ranges_m[self.occupied]
+        x, y = range_m * np.cos(angle), range_m * np.sin(angle)
+        row = np.floor((float(places_m[0, 0, 0]) - x) / cell_m + 0.5).astype(int)
+        column = np.floor((places_m[0, 0, 1] - y) / cell_m + 0.5).astype(int)
+        rows, columns = places_m.shape[:2]
+        within = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        found[row[within], column[within]] = True
+        return found
+
+    def nearest_m(self, bearings_deg: NDArray[np.floating]) -> Floats:
+        """The first occupied bin in each direction.
+
+        Args:
+            bearings_deg: (B,), degrees.
+
+        Returns:
+            Its range, float32 (B,), metres; infinite where nothing is seen, NaN outside the view.
+        """
+        given = np.asarray(bearings_deg, np.float64)
+        row = np.rint(given / BEARING_DEG + (_BEARINGS - 1) / 2)
+        visible = np.isfinite(row) & (row >= 0) & (row < _BEARINGS)
+        row = np.where(visible, row, 0).astype(int)
+        visible &= self.in_view[row]
+        occupied = self.occupied[row]
+        hit = occupied.any(axis=1) & visible
+        range_m = np.where(hit, _centres()[1][0][occupied.argmax(axis=1)], np.inf)
+        range_m[~visible] = np.nan
+        return range_m.astype(np.float32)
+
+
+def find_obstacles(prediction: GroundMaps, robot_height_m: float = ROBOT_HEIGHT_M) -> Obstacles:
+    """Applies the rule at the top of this page to a prediction.
+
+    Args:
+        prediction: A prediction with all four maps.
+        robot_height_m: Height of the robot, metres.
+
+    Raises:
+        GroundPlaneError: If there is no ground plane.
+        ValueError: If the height is not above a step.
+    """
+    check_robot_height(robot_height_m)
+    plane, camera = prediction.ground_plane(), prediction.intrinsics
+    height, width = prediction.map_size
+    across = ((np.arange(width) - camera.cx) / camera.fx).astype(np.float32)
+    along = ((np.arange(height) - camera.cy) / camera.fy).astype(np.float32)
+    forward, left, rise = (
+        np.add.outer(along * axis[1] + axis[2], across * axis[0])
+        for axis in plane.axes.astype(np.float32)
+    )
+    visible = prediction.visible_ground
+    depth_m = _scaled(prediction.visible_depth_m, rise, visible, plane.camera_height_m)
+    above_m = depth_m * rise + np.float32(plane.camera_height_m)
+    raised = visible & (above_m > max(STEP_HEIGHT_M, _RAISED * plane.camera_height_m))
+    obstacle = (above_m > STEP_HEIGHT_M) & (above_m < robot_height_m) & (~visible | raised)
+    log_depth = np.log(depth_m)
+    obstacle[:, 1:-1] &= np.abs(log_depth[:, 2:] - log_depth[:, :-2]) < 2 * _STEEPEST
+    bearing = np.rint(
+        np.degrees(np.arctan2(left, forward)) / BEARING_DEG + (_BEARINGS - 1) / 2
+    ).astype(np.intp)
+    in_view = np.zeros(_BEARINGS, bool)
+    in_view[bearing[(bearing >= 0) & (bearing < _BEARINGS)]] = True
+    depth_m, bearing = depth_m[obstacle], bearing[obstacle]
+    range_m = depth_m * np.hypot(forward[obstacle], left[obstacle])
+    _, place = _bins(np.zeros(1), range_m)
+    inside = (place >= 0) & (place < _RANGES) & (bearing >= 0) & (bearing < _BEARINGS)
+    index = bearing[inside] * _RANGES + place[inside]
+    # a pixel is depth / f wide and high, a bin as wide as an arc
+    arc_m = range_m[inside] * np.float32(math.radians(BEARING_DEG))
+    seen_m = depth_m[inside] ** 2 / np.float32(camera.fx * camera.fy) / arc_m
+    of_bin = {"minlength": _BEARINGS * _RANGES}
+    count = np.bincount(index, **of_bin).reshape(_BEARINGS, _RANGES)
+    surface_m = np.bincount(index, seen_m, **of_bin).reshape(_BEARINGS, _RANGES)
+    occupied = (count > 0) & (_window(count) >= _LEAST_PX) & (_window(surface_m) >= _LEAST_SEEN_M)
+    return Obstacles(occupied, in_view, raised)
+
+
+def _scaled(depth_m: Floats, rise: Floats, visible: Mask, camera_height_m: float) -> Floats:
+    """The visible depth, scaled so that visible ground lies on the plane in the median."""
+    ground = visible & (rise < np.float32(-1e-3))
+    if np.count_nonzero(ground) < _SCALED_BY_PX:
+        return depth_m
+    too_far = np.median(depth_m[ground] * -rise[ground]) / camera_height_m
+    return depth_m / np.float32(too_far)
+
+
+def _bins(
+    angle: NDArray[np.floating], range_m: NDArray[np.floating]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Indices of the bins of angles, radians, and ranges, metres; those out of range lie outside.
+
+    The two need not have one shape.
+    """
+    bearing = np.rint(np.degrees(angle) / BEARING_DEG + (_BEARINGS - 1) / 2).astype(np.intp)
+    place = np.log(np.maximum(range_m, 1e-3) / _NEAREST_M) / _RANGE_STEP
+    return bearing, np.floor(np.minimum(place, _RANGES)).astype(np.intp)
+
+
+def _centres() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Angle, radians, and range, metres, of all bins, float64 (bearings, ranges) each."""
+    angle = np.radians((np.arange(_BEARINGS) - (_BEARINGS - 1) / 2) * BEARING_DEG)
+    range_m = _NEAREST_M * np.exp((np.arange(_RANGES) + 0.5) * _RANGE_STEP)
+    shape = (_BEARINGS, _RANGES)
+    return np.broadcast_to(angle[:, None], shape), np.broadcast_to(range_m, shape)
+
+
+def _window(values: NDArray[np.number]) -> NDArray[np.number]:
+    """Sums over each bin and those before it."""
+    sums = np.pad(values.cumsum(axis=1), ((0, 0), (_WINDOW, 0)))
+    windows: NDArray[np.number] = sums[:, _WINDOW:] - sums[:, :-_WINDOW]
+    return windows
+
+
+def _length(places_m: NDArray[np.floating]) -> NDArray[np.float64]:
+    length: NDArray[np.float64] = np.hypot(places_m[..., 0], places_m[..., 1])
+    return length
