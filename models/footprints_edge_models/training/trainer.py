@@ -13,14 +13,17 @@ from torch import nn
 from torch.optim.swa_utils import AveragedModel
 
 from footprints_edge_models.data.mixture import TrainingDataset
-from footprints_edge_models.networks.checkpoint import (
-    load_weights,
-    read_checkpoint,
-    stated_focal_px,
-)
-from footprints_edge_models.networks.edge import FOCAL_PX, EdgeNetwork, former_focal_px
-from footprints_edge_models.networks.registry import NETWORKS, Network
+from footprints_edge_models.networks.checkpoint import read_checkpoint
+from footprints_edge_models.networks.edge import EdgeNetwork, former_focal_px
+from footprints_edge_models.networks.registry import Network
 from footprints_edge_models.training.batches import Batch, BatchPlan, batches
+from footprints_edge_models.training.beginning import (
+    has_bfloat16,
+    initial_network,
+    keep_statistics,
+    moving_average,
+    parameter_groups,
+)
 from footprints_edge_models.training.losses import multiscale_losses
 from footprints_edge_models.training.plots import draw_curves, draw_predictions
 from footprints_edge_models.training.process_group import ProcessGroup, in_parallel, process_group
@@ -213,7 +216,7 @@ def _step(state: RunState, model: nn.Module, batch: Batch, group: ProcessGroup) 
     image = image.to(device, non_blocking=True).float() / 255
     targets = switched(targets.to(device), state.recipe)
     # bfloat16 keeps float32's range: no loss scaling; the outputs and losses stay float32.
-    with torch.autocast(device.type, torch.bfloat16, enabled=_has_bfloat16(device)):
+    with torch.autocast(device.type, torch.bfloat16, enabled=has_bfloat16(device)):
         scales = model(image.contiguous(memory_format=torch.channels_last))
     parts = multiscale_losses(scales, targets, state.recipe.terms)
     state.optimizer.zero_grad(set_to_none=True)
@@ -228,20 +231,20 @@ def _step(state: RunState, model: nn.Module, batch: Batch, group: ProcessGroup) 
 def _begin(recipe: Recipe, run: Path, device: torch.device, group: ProcessGroup) -> RunState:
     """The state of a run to start or to go on with."""
     torch.manual_seed(recipe.seed)
-    network, focal_px, pretrained = _initial_network(recipe)
+    network, focal_px, pretrained = initial_network(recipe)
     network.to(device).to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     network.train()
     if pretrained:
-        _keep_statistics(network.encoder)
+        keep_statistics(network.encoder)
     if recipe.frozen_stages and isinstance(network, EdgeNetwork):
         network.encoder.freeze(recipe.frozen_stages)
     average = AveragedModel(
         network,
-        multi_avg_fn=functools.partial(_moving_average, recipe.ema_decay),
+        multi_avg_fn=functools.partial(moving_average, recipe.ema_decay),
         use_buffers=True,
     )
     optimizer = torch.optim.AdamW(
-        _parameter_groups(network, recipe, pretrained=pretrained), fused=True
+        parameter_groups(network, recipe, pretrained=pretrained), fused=True
     )
     state = RunState(recipe, network, average, optimizer, focal_px)
     if (run / "last.pt").exists():
@@ -252,19 +255,6 @@ def _begin(recipe: Recipe, run: Path, device: torch.device, group: ProcessGroup)
     if recipe.decay_from is not None and state.step == 0:
         _go_on_from(state, Path(recipe.decay_from))
     return state
-
-
-def _initial_network(recipe: Recipe) -> tuple[Network, float, bool]:
-    """The network, its canonical focal length, and whether its encoder is trained already."""
-    spec = NETWORKS[recipe.network]
-    if recipe.init is None and spec.pretrained is not None:
-        return spec.pretrained(), FOCAL_PX, True
-    network, focal_px = spec.build(), None
-    if recipe.init is not None:
-        weights = read_checkpoint(Path(recipe.init))
-        load_weights(network, weights, recipe.init)
-        focal_px = stated_focal_px(weights, recipe.init)
-    return network, focal_px or FOCAL_PX, recipe.init is not None
 
 
 def _resume(state: RunState, run: Path, group: ProcessGroup) -> None:
@@ -320,55 +310,6 @@ def _load(state: RunState, stored: dict[str, Any]) -> None:
         parameters.update(fused=True, foreach=None)
     state.optimizer.load_state_dict(stored["optimizer"])
     state.focal_px = float(stored.get("focal_px", state.focal_px))
-
-
-def _keep_statistics(encoder: nn.Module) -> None:
-    """Batch norms keep their statistics: those of a mix of sources are no better.
-
-    What int8 folds into the weights is then what was trained, and a step on a CPU is much faster.
-    """
-    for module in encoder.modules():
-        if isinstance(module, nn.BatchNorm2d):
-            module.eval()
-
-
-def _moving_average(
-    decay: float,
-    averages: list[torch.Tensor],
-    currents: list[torch.Tensor],
-    count: torch.Tensor | int,
-) -> None:
-    """Exponential, but plain at first, so that the fresh weights are soon forgotten; in place."""
-    step = int(count)
-    weight = 1 - min(decay, (1 + step) / (10 + step))
-    if averages[0].is_floating_point():  # torch calls this with tensors of one type
-        torch._foreach_lerp_(averages, currents, weight)
-    else:
-        torch._foreach_copy_(averages, currents)
-
-
-def _parameter_groups(
-    network: nn.Module, recipe: Recipe, *, pretrained: bool
-) -> list[dict[str, Any]]:
-    groups = []
-    encoder_lr = recipe.encoder_lr if pretrained else recipe.decoder_lr
-    for is_encoder, peak in ((True, encoder_lr), (False, recipe.decoder_lr)):
-        for is_matrix in (True, False):  # norms and biases are not decayed
-            parameters = [
-                p
-                for name, p in network.named_parameters()
-                if name.startswith("encoder.") == is_encoder
-                and (p.ndim > 1) == is_matrix
-                and p.requires_grad
-            ]
-            decay = recipe.weight_decay if is_matrix else 0.0
-            groups.append({"params": parameters, "peak": peak, "lr": 0.0, "weight_decay": decay})
-    return groups
-
-
-def _has_bfloat16(device: torch.device) -> bool:
-    """Whether bfloat16 is faster than float32: without it, a CPU emulates it, which is slow."""
-    return device.type != "cpu" or bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
 
 
 def _validate(run: Path, state: RunState, datasets: dict[str, TrainingDataset]) -> None:

@@ -95,10 +95,6 @@ class ModelLibrary:
             self._found[words, stands] = _Named(entries, np.maximum(sizes_m, 0.02))
         return self._found[words, stands]
 
-    def of_categories(self, *categories: str) -> list[PackEntry]:
-        """Models of these categories that stand on the ground."""
-        return [e for e in self._entries.values() if e.stands and e.category in categories]
-
     def thing(self, entry: PackEntry, label: str) -> Thing:
         """A model as a thing."""
         made = self._load(entry.key).thing

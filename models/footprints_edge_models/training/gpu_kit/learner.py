@@ -9,15 +9,15 @@ import torch
 from torch import nn
 
 from footprints_edge_models.networks.registry import Network
+from footprints_edge_models.training.beginning import (
+    has_bfloat16,
+    initial_network,
+    keep_statistics,
+    parameter_groups,
+)
 from footprints_edge_models.training.gpu_kit.device_views import DeviceBatch
 from footprints_edge_models.training.losses import multiscale_losses
 from footprints_edge_models.training.recipe import Recipe, switched
-from footprints_edge_models.training.trainer import (
-    _has_bfloat16,
-    _initial_network,
-    _keep_statistics,
-    _parameter_groups,
-)
 
 
 class Learner:
@@ -33,14 +33,14 @@ class Learner:
     def __init__(self, recipe: Recipe, device: torch.device) -> None:
         """The network that the recipe begins with, on a device."""
         torch.manual_seed(recipe.seed)
-        network, self.focal_px, pretrained = _initial_network(recipe)
+        network, self.focal_px, pretrained = initial_network(recipe)
         self.network: Network = network.to(device)
         self.device = device
         self._recipe = recipe
         self.network.train()
         if pretrained:
-            _keep_statistics(self.network.encoder)
-        self._groups = _parameter_groups(self.network, recipe, pretrained=pretrained)
+            keep_statistics(self.network.encoder)
+        self._groups = parameter_groups(self.network, recipe, pretrained=pretrained)
         self._fresh_optimizer()
         self.average = copy.deepcopy(self.network).requires_grad_(False)
         self._steps = 0
@@ -60,7 +60,7 @@ class Learner:
         image, targets = batch
         image = image.contiguous(memory_format=self._layout)
         # bfloat16 keeps float32's range: no loss scaling; the outputs and losses stay float32.
-        with torch.autocast(self.device.type, torch.bfloat16, enabled=_has_bfloat16(self.device)):
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=has_bfloat16(self.device)):
             scales = self.network.scales(image)
         parts = multiscale_losses(scales, switched(targets, self._recipe), self._recipe.terms)
         self._optimizer.zero_grad(set_to_none=True)

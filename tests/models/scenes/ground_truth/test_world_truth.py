@@ -150,6 +150,13 @@ def map_from_above(scene, geometry, camera, level, *, outdoors):
     if outdoors:  # what the map's edge cuts may be the inside of a house
         cut = np.isin(patches, edge[edge > 0]) & (patches != patches[size // 2, size // 2])
         sure &= ~ndimage.binary_dilation(cut, around)
+    people = [k for k, thing in enumerate(scene.things) if thing.label == "person"]
+    legs = geometry.outlines[np.isin(geometry.outline_thing, people)]
+    if len(legs):  # built ones take as much ground as a leg is wide at its widest
+        start = np.column_stack([at, floor_m - 0.5]).astype(np.float32)
+        up = np.repeat(np.array([[0, 0, 1]], np.float32), len(at), axis=0)
+        theirs = Triangles(legs).blocked(start, up, np.ones(len(at), np.float32))
+        sure &= ~ndimage.binary_dilation(theirs.reshape(size, size), around)
     return taken, sure & there.reshape(size, size)
 
 
