@@ -25,8 +25,8 @@ demo: $(DEMO_VENV)/installed ## install the runtime alone, find the floor in exa
 	@echo "Open $(CURDIR)/out/office.jpg.overlay.png"
 
 test: $(VENV)/installed ## run all tests
-	@echo "Running about 1,450 tests: 7 to 15 minutes on two cores."
-	$(VENV)/bin/python -m pytest
+	@echo "Running about 1,700 tests: 5 to 10 minutes on two cores."
+	$(VENV)/bin/python -m pytest -n auto --dist loadfile
 
 lint: $(VENV)/installed ## check style and formatting
 	$(VENV)/bin/ruff check .
