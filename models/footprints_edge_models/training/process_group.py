@@ -47,6 +47,8 @@ def process_group(device: torch.device) -> Iterator[ProcessGroup]:
     if size == 1:
         yield ProcessGroup()
         return
+    if device.type == "cuda":
+        torch.cuda.set_device(device)  # else all of them would exchange by the first GPU
     distributed.init_process_group("gloo" if device.type == "cpu" else "nccl")
     try:
         yield ProcessGroup(distributed.get_rank(), size)

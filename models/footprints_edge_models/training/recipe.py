@@ -183,11 +183,11 @@ def resumed_recipe(stored: dict[str, Any], asked: Recipe) -> Recipe | None:
         asked: as the caller wants it.
     """
     named = {_FORMER_NAMES.get(name, name): value for name, value in stored.items()}
-    if "decay" not in named and asked.decay == Recipe.decay:
-        asked = replace(asked, decay=1.0)
-    if "former_focal" not in named:
-        asked = replace(asked, former_focal=True)
-    return asked if {**_FORMER_DEFAULTS, **named} == asdict(asked) else None
+    named = {**_FORMER_DEFAULTS, **named}
+    if named["former_focal"]:  # nobody asks for it, and it stays, however often a run is resumed
+        decay = named["decay"] if asked.decay == Recipe.decay else asked.decay
+        asked = replace(asked, former_focal=True, decay=decay)
+    return asked if named == asdict(asked) else None
 
 
 def switched(targets: Targets, recipe: Recipe) -> Targets:

@@ -291,8 +291,9 @@ def _go_on_from(state: RunState, source: Path) -> None:
     for parameters, peak in zip(state.optimizer.param_groups, peaks, strict=True):
         parameters["peak"] = peak
     state.pictures_before = int(stored["step"]) + int(stored.get("pictures_before", 0))
-    if "focal_px" not in stored:  # of an earlier version
-        state.focal_px = former_focal_px(tuple(stored["recipe"]["schedule"][-1]["size"]))
+    if stored["recipe"].get("former_focal", True):  # begun by an earlier version
+        stages = stored["recipe"].get("schedule") or stored["recipe"]["stages"]
+        state.focal_px = former_focal_px(tuple(stages[-1]["size"]))
     logger.info("going on from step %d of %s", stored["step"], source)
 
 

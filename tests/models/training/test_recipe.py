@@ -164,7 +164,9 @@ def test_a_run_begun_by_an_earlier_version_goes_on_as_it_began():
     stored = asdict(recipe)
     for name in (*new, "former_focal", "hidden_weight", "footprint_weight", "network"):
         del stored[name]
-    assert resumed_recipe(stored, recipe) == replace(recipe, decay=1.0, former_focal=True)
+    as_it_began = replace(recipe, decay=1.0, former_focal=True)
+    assert resumed_recipe(stored, recipe) == as_it_began
+    assert resumed_recipe(asdict(as_it_began), recipe) == as_it_began  # and once more
     for change in ({"hidden_weight": 5.0}, {"decay": 0.5}, {"minutes": 5.0}, {"batch": 3}):
         assert resumed_recipe(stored, replace(recipe, **change)) is None
     assert resumed_recipe(asdict(recipe), recipe) == recipe
