@@ -49,10 +49,9 @@ def recipe_of(
 
 def datasets_of(data: Path) -> "dict[str, TrainingDataset]":
     """The datasets of a folder, packed or not."""
-    from footprints_edge_models.data.mixture import load_datasets
-    from footprints_edge_models.data.packed import is_packed, load_packed
+    from footprints_edge_models.data.packed import datasets_in
 
-    return load_packed(data) if is_packed(data) else load_datasets(data)
+    return datasets_in(data)
 
 
 def device_of(name: str) -> "torch.device":

@@ -6,11 +6,10 @@ from typing import Annotated
 import typer
 
 from footprints_edge.cli.exit_codes import explained
-from footprints_edge_models.cli.options import Data
 
 
 def pack(
-    data: Data,
+    data: Annotated[Path, typer.Argument(help="Folder of the datasets (see docs/data.md).")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the packed datasets.")],
 ) -> None:
     """Decode every dataset found in DATA once, and write it for training from memory-mapped files.

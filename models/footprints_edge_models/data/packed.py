@@ -18,7 +18,7 @@ from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.data.errors import DatasetError
-from footprints_edge_models.data.mixture import TrainingDataset
+from footprints_edge_models.data.mixture import TrainingDataset, load_datasets
 from footprints_edge_models.sample import Sample
 
 logger = logging.getLogger(__name__)
@@ -95,6 +95,15 @@ def pack(datasets: dict[str, TrainingDataset], folder: Path) -> list[Path]:
             logger.info("%s: %d to train on, %d held out", name, len(train), len(held_out))
         written.append(index)
     return written
+
+
+def datasets_in(folder: Path) -> dict[str, TrainingDataset]:
+    """The datasets of a folder, packed or not.
+
+    Raises:
+        DatasetError: see :func:`load_packed` and :func:`mixture.load_datasets`.
+    """
+    return load_packed(folder) if is_packed(folder) else load_datasets(folder)
 
 
 def is_packed(folder: Path) -> bool:

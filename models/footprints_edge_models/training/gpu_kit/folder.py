@@ -20,7 +20,8 @@ import footprints_edge
 import footprints_edge_models
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge_models.data.errors import DatasetError
-from footprints_edge_models.data.mixture import TrainingDataset, load_datasets
+from footprints_edge_models.data.mixture import TrainingDataset
+from footprints_edge_models.data.packed import datasets_in
 from footprints_edge_models.networks.checkpoint import (
     load_weights,
     read_checkpoint,
@@ -41,6 +42,7 @@ from footprints_edge_models.training.gpu_kit.timed_run import SCENES, RunSize
 from footprints_edge_models.training.gpu_kit.view_shard import ShardView, write_shard
 from footprints_edge_models.training.recipe import Recipe
 from footprints_edge_models.training.run_files import save_weights
+from footprints_edge_models.training.schedule import ScheduleStage
 
 logger = logging.getLogger(__name__)
 
@@ -78,7 +80,7 @@ def build_kit(
 
     Args:
         folder: Of the kit; what an earlier kit left there is replaced.
-        data: Folder of data sets (see docs/data.md).
+        data: Folder of data sets (see docs/data.md), or a packed one.
         runner: The program that unpacks the kit and trains.
         settings: Of the run; shares are filled in from the data sets.
         assets: Pack of ``fp-train assets``; None: scenes are made of boxes.
@@ -88,11 +90,14 @@ def build_kit(
         wheels: Folder with the wheels that the machine lacks; None: pip downloads them.
 
     Raises:
+        TrainingError: the settings are of no run.
         DatasetError: no data that may be used, or the parts do not fit.
         AssetError: the pack cannot be read.
         ModelError: the weights are not of the network.
     """
-    datasets = load_datasets(data)
+    # what the machine would refuse is refused here
+    Recipe((ScheduleStage.parse(f"{settings.size[0]}x{settings.size[1]}:1"),), **settings.recipe)
+    datasets = {name: each for name, each in datasets_in(data).items() if each.train}
     if not research:
         datasets = {name: each for name, each in datasets.items() if name in FREE_DATASETS}
     if not datasets:

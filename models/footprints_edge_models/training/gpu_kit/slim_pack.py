@@ -97,8 +97,8 @@ def _slim_arrays(data: bytes) -> bytes:
         slim = {name: arrays[name] for name in arrays.files}
     for name, array in slim.items():
         number = name.removeprefix("texture")
-        # a texture with holes keeps the size that its holes have; a number names another's texture
-        if number.isdecimal() and f"alpha{number}" not in slim and array.ndim:
+        # a texture with holes keeps the size that its holes have
+        if number.isdecimal() and f"alpha{number}" not in slim:
             slim[name] = _slim_texture(array)
     buffer = io.BytesIO()
     np.savez(buffer, **slim)

@@ -42,6 +42,8 @@ logger = logging.getLogger(__name__)
 
 SCENES = "synthetic_scenes"
 """The data set that made views belong to."""
+OWN_SCENES = 1 << 30
+"""Added to the seed of scenes: those of a folder, of which some are held out, are others."""
 BASE_BATCH = 12
 """The recipe's learning rates are for this batch; they grow with the root of it."""
 READ_EVERY = 20
@@ -121,7 +123,9 @@ def run_kit(
     settings = read_kit_settings(kit)
     how = RunSize.toy() if toy else RunSize(settings.size)
     assets = kit / ASSETS
-    job = SceneViews.of(assets if assets.is_file() else None, settings.seed, how.size, how.slot_px)
+    job = SceneViews.of(
+        assets if assets.is_file() else None, OWN_SCENES + settings.seed, how.size, how.slot_px
+    )
     count = max(1, usable_cores() - 2) if processes is None else processes
     # Before CUDA starts, and first of all: these processes need the longest to get going.
     stream = SceneStream(job, count)

