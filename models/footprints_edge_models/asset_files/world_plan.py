@@ -83,7 +83,7 @@ def plan_of(
         taken += [
             TakenGround(thing, level, outline)
             for level in _levels(members, storeys)
-            for outline in _outlines(members, level)
+            for outline in _outlines(members, level, outdoors=outdoors)
         ]
     level = _storey_of(float(np.median(feet[:, 2])), storeys) if len(feet) else storeys[0]
     within = np.array([_storey_of(float(z), storeys) == level for z in feet[:, 2]], bool)
@@ -180,13 +180,16 @@ def _levels(members: Sequence[Surface], storeys: Sequence[float]) -> list[float]
     return [low if level < low < level + _MOST_KERB_M - 0.1 else level]
 
 
-def _outlines(members: Sequence[Surface], level_m: float) -> list[NDArray[np.float64]]:
+def _outlines(
+    members: Sequence[Surface], level_m: float, *, outdoors: bool
+) -> list[NDArray[np.float64]]:
     triangles = np.concatenate([surface.points[surface.triangles] for surface in members])
     triangles = triangles - np.array([0, 0, level_m], np.float32)
     highest = float(triangles[..., 2].max())
     if highest < LOWEST_M:
         return []
-    if any(word in members[0].name.lower() for word in _VEHICLE_WORDS) and highest > 1:
+    is_named = any(word in members[0].name.lower() for word in _VEHICLE_WORDS)
+    if outdoors and is_named and highest > 1:  # indoors, the car of a lift
         return [vehicle_outline(triangles)]
     # what reaches below the floor is cut off there
     triangles = triangles[triangles[..., 2].max(axis=1) > -LOWEST_M]

@@ -16,7 +16,7 @@ logger = logging.getLogger(__name__)
 
 
 def used_assets(folder: Path) -> Counter[str]:
-    """Keys of the models in the scenes of a folder, and the number of scenes that show each."""
+    """Keys of the assets in the pictures of a folder, and in how many pictures each is used."""
     used: Counter[str] = Counter()
     for name in scene_names(folder):
         try:

@@ -50,9 +50,11 @@ def _extent(thing: Thing) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         lows.append(low)
         highs.append(high)
     low, high = np.array(lows), np.array(highs)
-    near = low[:, 2] < BODY_M
+    # things of worlds are in the world's axes: theirs is the floor of a storey, or a kerb
+    foot_m = thing.level_m - thing.pose[2, 3] if thing.level_m else 0.0
+    near = low[:, 2] < foot_m + BODY_M
     least, most = low[near].min(axis=0), high[near].max(axis=0)
-    least[2], most[2] = 0.0, high[:, 2].max()
+    least[2], most[2] = foot_m, high[:, 2].max()
     return least, most
 
 

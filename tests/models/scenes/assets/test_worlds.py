@@ -1,6 +1,7 @@
 """A small world, written as a file, whose truth is known: a hall with an upper floor."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,15 +9,18 @@ import trimesh
 from PIL import Image
 
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge_models.asset_files.asset import Surface
 from footprints_edge_models.asset_files.glb import read_world
 from footprints_edge_models.asset_files.pack import AssetPack, pack_assets
+from footprints_edge_models.asset_files.world_plan import plan_of
 from footprints_edge_models.cli import app
 from footprints_edge_models.scenes import generate
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
-from footprints_edge_models.scenes.assets.things import box, joined
+from footprints_edge_models.scenes.assets.things import box, joined, rectangle
 from footprints_edge_models.scenes.assets.worlds import WorldLibrary, loaded
 from footprints_edge_models.scenes.ground_truth import pixels
+from footprints_edge_models.scenes.ground_truth.boxes import boxes_of
 from footprints_edge_models.scenes.ground_truth.pixels import trace_ground_truth
 from footprints_edge_models.scenes.layout.worlds.changes import rearranged
 from footprints_edge_models.scenes.layout.worlds.free_ground import FreeGround
@@ -159,6 +163,38 @@ def test_parts_that_touch_are_one_thing_and_take_the_ground_below_them(file):
     assert area_m2(file.plan, number["table_top"]) == pytest.approx(4 * 0.1**2, rel=0.5)
     assert file.plan.storeys_m == pytest.approx((0.0, UPPER_M), abs=0.02)
     assert "view" not in number
+
+
+def test_a_vehicle_takes_its_whole_outline_and_the_car_of_a_lift_its_walls():
+    ends = [trimesh.creation.box((0.2, 1, 1.5)) for _ in range(2)]
+    for end, x in zip(ends, (-1, 1), strict=True):
+        end.apply_translation((x, 0, 0.75))
+    both = trimesh.util.concatenate(ends)
+    surface = Surface(
+        both.vertices.astype(np.float32), both.faces.astype(np.int32),
+        np.zeros((len(both.vertices), 2), np.float32), (90, 90, 90), name="lift_car_1",
+    )  # fmt: skip
+    town, house = (
+        plan_of([surface], np.zeros((0, 3)), outdoors=outdoors) for outdoors in (True, False)
+    )
+    assert area_m2(town, 0) == pytest.approx(2.2, rel=0.01)
+    assert area_m2(house, 0) == pytest.approx(0.4, rel=0.3)
+
+
+def test_a_box_stands_on_the_floor_of_its_thing(scene, world):
+    """What is on an upper floor is not as high as the house."""
+    dark = Palette(TextureLibrary("train"), np.random.default_rng(0)).dark()
+    size = (0.5, 0.4, 0.6)
+    parts, outlines = [box(dark, size, (3, 5, UPPER_M))], (rectangle(2.75, 4.8, 3.25, 5.2),)
+    own = joined("box", parts, outlines=outlines, level_m=UPPER_M)
+    put = FreeGround.of(world).put(joined("box", [box(dark, size, (0, 0, 0))]), 3, 5, 0.0, UPPER_M)
+    eye = np.array([3, 3.5, UPPER_M + 1.5])
+    camera = Camera(eye, looking(np.pi / 2, 0.5, 0.0), Intrinsics.from_hfov(70, SIZE), SIZE)
+    for thing in (own, put):
+        (found,) = boxes_of(replace(scene, things=(thing,)), camera)
+        assert found["size_m"] == pytest.approx([0.5, 0.6, 0.4], abs=0.01)
+        centre = camera.rotation.T @ (np.array([3, 5, UPPER_M + 0.3]) - eye)
+        assert found["centre_m"] == pytest.approx(centre, abs=0.01)
 
 
 def test_what_floats_is_left_out(world):

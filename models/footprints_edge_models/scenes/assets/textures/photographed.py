@@ -142,11 +142,9 @@ class PackPictures:
         return self._drawn[key, variant]
 
     def panorama(self, key: str) -> NDArray[np.uint8]:
-        """A panorama, RGB, uint8 (H, 2 H, 3); see ``asset_files.pack``."""
-        if (key, 0) not in self._drawn:
-            entries = {entry.key: entry for entry in self._pack.of("panorama", self.split)}
-            self._drawn[key, 0] = self._pack.picture(entries[key])
-        return self._drawn[key, 0]
+        """A panorama, RGB, uint8 (H, 2 H, 3); see ``asset_files.pack``. The caller keeps it."""
+        entries = {entry.key: entry for entry in self._pack.of("panorama", self.split)}
+        return self._pack.picture(entries[key])
 
 
 _MOST_DRAWN = 400
