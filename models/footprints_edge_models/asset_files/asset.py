@@ -4,6 +4,7 @@ Axes are those of scenes: x and y along the ground, z up, metres. Sources state 
 (x, y, z) of theirs is (x, -z, y) here, so that a front along +z looks along -y.
 """
 
+import re
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,6 +14,9 @@ from footprints_edge.errors import FootprintsError
 
 LONGEST_TEXTURE_PX = 512
 """Larger textures are reduced: no picture shows more of them."""
+
+
+_FREE = re.compile(r"CC0|CC-BY-\d|MIT|Apache|BSD")
 
 
 class AssetError(FootprintsError):
@@ -93,6 +97,20 @@ class Asset:
             for each in self.surfaces
         )
         return replace(self, size_m=(depth, width, height), surfaces=turned)
+
+
+def free_licence(stated: str) -> str:
+    """A licence as an index states it.
+
+    Raises:
+        AssetError: It is none of those that allow anyone to use and pass on what carries it.
+    """
+    if not _FREE.match(stated):
+        raise AssetError(
+            f"licence {stated!r} is none of CC0, CC BY, MIT, Apache and BSD; assets under others "
+            "are not used, because weights trained on them could not be shipped"
+        )
+    return stated
 
 
 def upright(points: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -16,7 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge_models.asset_files.asset import Asset, AssetError, Credit, Surface, upright
+from footprints_edge_models.asset_files.asset import (
+    Asset,
+    AssetError,
+    Credit,
+    Surface,
+    free_licence,
+    upright,
+)
 from footprints_edge_models.asset_files.meshes import surfaces_of
 from footprints_edge_models.asset_files.world_plan import WorldPlan, plan_of
 
@@ -71,7 +78,7 @@ def read_objects(folder: Path) -> Iterator[Asset | AssetError]:
         try:
             yield _object(folder, facts)
         except AssetError as error:
-            yield error
+            yield AssetError(f"{folder / 'index.json'}: {error}")
         except (KeyError, TypeError, ValueError) as error:
             yield AssetError(f"{folder / 'index.json'}: {error!r} in {facts}")
 
@@ -109,6 +116,8 @@ def read_world(path: Path) -> World:
         )
         credit = _credit(facts, str(facts.get("title", path.stem)))
         nodes = facts["nodes"]
+    except AssetError as error:
+        raise AssetError(f"{path.with_suffix('.json')}: {error}") from error
     except (KeyError, TypeError, ValueError) as error:
         raise AssetError(f"{path.with_suffix('.json')}: {error!r}") from error
     surfaces, outdoors = tuple(_surfaces(path, nodes)), core is not None
@@ -166,7 +175,7 @@ def _credit(facts: Mapping[str, Any], title: str) -> Credit:
     return Credit(
         title,
         str(facts["author"]),
-        str(facts["licence"]),
+        free_licence(str(facts["licence"])),
         "; ".join(source) if isinstance(source, list) else str(source),
     )
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from footprints_edge_models.asset_files.asset import AssetError, Credit
+from footprints_edge_models.asset_files.asset import AssetError, Credit, free_licence
 
 HELD_OUT_PANORAMAS = frozenset({"city", "hall", "lobby", "lythwood_room_1k", "venice", "workshop"})
 """By name: no network is trained on them, neither as pictures nor behind synthetic scenes."""
@@ -56,7 +56,10 @@ def _picture(
     try:
         path = index.parent / facts["file"]
         credit = Credit(
-            path.stem, str(facts["author"]), str(facts["licence"]), str(facts["source"])
+            path.stem,
+            str(facts["author"]),
+            free_licence(str(facts["licence"])),
+            str(facts["source"]),
         )
         return PictureFile(
             kind,
@@ -66,5 +69,7 @@ def _picture(
             credit,
             path.read_bytes(),
         )
+    except AssetError as error:
+        return AssetError(f"{index}: {facts['file']}: {error}")
     except (OSError, KeyError, TypeError) as error:
         return AssetError(f"{index}: {error!r}")

@@ -27,15 +27,17 @@ MOST_TRIANGLES = 160_000
 _ESCAPE = re.compile(r"\\u([0-9a-fA-F]{4})")
 
 _LICENCES = {
-    "public domain": "CC0-1.0",
-    "cc0": "CC0-1.0",
-    "cc-0": "CC0-1.0",
     "creative commons attribution 3.0": "CC-BY-3.0",
     "creative commons attribution 4.0": "CC-BY-4.0",
     "licenses/by/3.0": "CC-BY-3.0",
     "licenses/by/4.0": "CC-BY-4.0",
+    "public domain": "CC0-1.0",
+    "cc0": "CC0-1.0",
+    "cc-0": "CC0-1.0",
 }
-"""Words in a catalogue's licence, and the licence that they stand for."""
+"""Words in a catalogue's licence, and the licence that they stand for. The text of CC BY speaks of the
+public domain as well: that comes last."""
+_BANS = ("noncommercial", "non-commercial", "noderiv", "sharealike", "share alike", "by-sa")
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,7 @@ class SweetHomeCatalogue:
             said.append(self._zip.read(self._names["license.txt"]).decode("latin-1"))
         for text in said:
             words = " ".join(text.lower().split())
-            if any(ban in words for ban in ("noncommercial", "non-commercial", "noderiv")):
+            if any(ban in words for ban in _BANS):
                 break
             for phrase, licence in _LICENCES.items():
                 if phrase in words:

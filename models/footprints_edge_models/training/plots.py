@@ -68,7 +68,7 @@ def draw_predictions(
     for dataset in datasets.values():
         for sample in dataset.held_out[:: max(1, len(dataset.held_out) // 3)][:3]:
             image = render_view(sample, size).image
-            batch = torch.from_numpy(image).permute(2, 0, 1)[None].float().to(device) / 255
+            batch = torch.tensor(image).permute(2, 0, 1)[None].float().to(device) / 255
             raw = network(batch)[0].cpu()
             visible, ground = (raw[:2] > 0).numpy()
             tinted = _tint(_tint(image, ground & ~visible, BLUE), visible, GREEN)

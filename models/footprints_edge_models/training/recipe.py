@@ -100,6 +100,11 @@ class Recipe:
             value = getattr(self, name)
             if value is not None and not 0 < value < math.inf:
                 raise TrainingError(f"{name.replace('_', ' ')} {value}: give a positive number")
+        if self.balance == "classes" and self.footprint_weight <= 1:
+            raise TrainingError(
+                f"footprint weight {self.footprint_weight}: balance by classes tells footprints by "
+                "a weight above 1"
+            )
         for name in ("relative_depth", "dice"):
             if not 0 <= getattr(self, name) < math.inf:
                 raise TrainingError(

@@ -122,6 +122,17 @@ def test_an_odd_asset_costs_itself_alone(folder, tmp_path):
     assert model.key == "street/car"
 
 
+@pytest.mark.parametrize(
+    "path", ["objects/street/index.json", "worlds/hall.json", "textures/index.json"]
+)
+def test_what_not_everybody_may_use_stays_out(folder, tmp_path, path):
+    index = folder / path
+    index.write_text(index.read_text().replace("CC0-1.0", "CC-BY-NC-4.0"))
+    report = pack_assets([folder], tmp_path / "assets.zip")
+    assert sum(report.counts.values()) == 3
+    assert any("'CC-BY-NC-4.0' is none" in reason and path in reason for reason in report.skipped)
+
+
 def test_of_two_assets_of_one_name_the_first_is_kept(folder, tmp_path):
     twin = tmp_path / "twin/objects/street"
     twin.parent.mkdir(parents=True)

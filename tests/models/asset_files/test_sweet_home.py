@@ -105,6 +105,7 @@ def test_an_elevated_model_hangs_above_the_ground(tmp_path):
         ("Public domain", None, "CC0-1.0"),
         ("Creative Commons Attribution 3.0 license", None, "CC-BY-3.0"),
         ("", "under the Creative Commons Attribution 3.0\nUnported license", "CC-BY-3.0"),
+        ("", "Works in the public domain ... Creative Commons Attribution 3.0", "CC-BY-3.0"),
     ],
 )
 def test_the_credit_names_author_and_licence(tmp_path, licence, text, expected):
@@ -114,7 +115,11 @@ def test_the_credit_names_author_and_licence(tmp_path, licence, text, expected):
 
 
 @pytest.mark.parametrize(
-    "licence", ["", "All rights reserved", "Creative Commons Attribution 3.0 NonCommercial"]
+    "licence",
+    [
+        *("", "All rights reserved", "Creative Commons Attribution 3.0 NonCommercial"),
+        "Creative Commons Attribution-ShareAlike 3.0; elements in the public domain are free",
+    ],
 )
 def test_a_catalogue_that_may_not_be_shipped_is_refused(tmp_path, licence):
     with pytest.raises(AssetError, match="none of CC0 and CC BY"):

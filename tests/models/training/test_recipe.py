@@ -81,6 +81,7 @@ def test_the_last_stage_goes_on_beyond_its_steps():
         ({"decay": 0.0}, "decay 0"),
         ({"minutes": -1.0}, "minutes -1"),
         ({"dice": math.nan}, "dice nan"),
+        ({"balance": "classes", "footprint_weight": 1.0}, "above 1"),
         ({"balance": "much"}, "none, classes, focal"),
         ({"frozen_stages": 8}, "edge has 7"),
         ({"frozen_stages": 1, "network": "reference"}, "reference has 0"),

@@ -21,7 +21,7 @@ from footprints_edge_models.networks.checkpoint import (
     read_checkpoint,
     stated_focal_px,
 )
-from footprints_edge_models.networks.edge import EdgeNetwork
+from footprints_edge_models.networks.edge import EdgeNetwork, former_focal_px
 from footprints_edge_models.networks.reference import ReferenceNetwork
 from footprints_edge_models.sample import NO, UNKNOWN, YES, Sample
 from footprints_edge_models.training.batches import BatchPlan, batches, make_batch
@@ -361,6 +361,12 @@ def test_a_decay_finishes_the_weights_of_another_run(datasets, whole, tmp_path):
             torch.testing.assert_close(still["network"][name], weight, rtol=0, atol=1e-5)
     assert still["pictures_before"] == 5  # steps whose pictures the other run saw
     assert still["optimizer"]["state"][0]["step"] == 7
+    source["recipe"]["former_focal"] = True  # begun by an earlier version: 64x64 was the last size
+    (tmp_path / "former").mkdir()
+    torch.save(source, tmp_path / "former" / "last.pt")
+    former = replace(recipe, decay_from=str(tmp_path / "former"))
+    weights = read_checkpoint(train(datasets, former, tmp_path / "done", device=CPU))
+    assert stated_focal_px(weights, "weights") == pytest.approx(former_focal_px((64, 64)))
     with pytest.raises(TrainingError, match=r"no last\.pt"):
         train(datasets, replace(recipe, decay_from="absent"), tmp_path / "no", device=CPU)
 

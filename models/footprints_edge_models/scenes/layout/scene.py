@@ -109,6 +109,7 @@ class Scene:
         look_deg: preferred headings of a camera, degrees from +x anticlockwise; empty = any.
         floors: walkable surfaces of any shape, in the world; their triangles look up.
         kerbs: the sides of floors.
+        world: key of the world that it stands in; empty if it stands in none.
     """
 
     kind: SceneKind
@@ -123,13 +124,14 @@ class Scene:
     look_deg: tuple[float, ...] = ()
     floors: tuple[ThingPart, ...] = ()
     kerbs: tuple[ThingPart, ...] = ()
+    world: str = ""
 
     def assets(self) -> tuple[str, ...]:
-        """Keys of the models, textures and panoramas of a pack that the scene is made of."""
+        """Keys of the models, worlds, textures and panoramas that the scene is made of."""
         parts = [part for thing in self.things for part in thing.parts]
         materials = [part.material for part in (*parts, *self.floors, *self.kerbs)]
         materials += [patch.material for patch in self.ground]
         backdrop = self.sky.backdrop.panorama if self.sky.backdrop else ""
         used = {material.texture.picture for material in materials}
-        used |= {thing.asset for thing in self.things} | {backdrop}
+        used |= {thing.asset for thing in self.things} | {backdrop, self.world}
         return tuple(sorted(used - {""}))

@@ -314,6 +314,11 @@ def test_scenes_of_worlds_are_made_again_alike_and_credited(folder, tmp_path, mo
     assert [each["title"] for each in credits] == ["A hall"]
 
 
+def test_a_world_of_which_only_the_floor_is_in_view_is_credited(world):
+    palette = Palette(TextureLibrary("train"), np.random.default_rng(1))
+    assert world_scene(palette, replace(world, things=(), taken=())).assets() == ("hall",)
+
+
 def test_a_process_reads_a_world_once_and_sends_none_to_others(folder, tmp_path):
     import pickle
 

@@ -80,6 +80,7 @@ def world_scene(palette: Palette, world: LoadedWorld) -> Scene:
             for floor, material in zip(world.floors, materials, strict=True)
         ),
         kerbs=world.kerbs,
+        world=world.key,
     )
 
 
