@@ -8,6 +8,7 @@ another takes its place and tries that item once more.
 import multiprocessing
 import os
 import signal
+import threading
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -142,7 +143,16 @@ class _Lane(Generic[ItemT, ResultT]):
 def _begin(job: Job[Any, Any]) -> None:
     global _worker  # noqa: PLW0603  (it is how a process of a pool keeps something)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     _worker = Worker(job)
+
+
+def _end_with_parent() -> None:
+    """Ends this process when its parent is gone, killed: the pool alone would wait forever."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None, "only the processes of a pool run this"
+    parent.join()
+    os._exit(1)
 
 
 def _do(item: Any) -> ItemOutcome[Any, Any]:  # noqa: ANN401

@@ -3,6 +3,7 @@ it is told to. An item's result is its square, kept in a file."""
 
 import os
 import signal
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,7 @@ class Squares:
     dies_at: tuple[int, ...] = ()
     dies_once_at: tuple[int, ...] = ()
     dies_late_at: tuple[int, ...] = ()
+    waits_at: tuple[int, ...] = ()
 
     def finished(self, item):
         path = self.folder / f"{item}.txt"
@@ -29,6 +31,8 @@ class Squares:
     def _square(self, item):
         first = item not in self.begun()
         self._log(f"{item} {os.getpid()}")
+        if item in self.waits_at:
+            time.sleep(120)
         if item in self.fails_at:
             raise FootprintsError(f"no file for {item}")
         if item in self.crashes_at:
@@ -51,6 +55,10 @@ class Squares:
             if word != "start":
                 found.setdefault(pid, []).append(int(word))
         return sorted(found.values())
+
+    def pids(self):
+        """The processes that began items."""
+        return sorted({pid for word, pid in self._lines() if word != "start"})
 
     def starts(self):
         return sum(word == "start" for word, _ in self._lines())

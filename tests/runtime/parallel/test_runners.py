@@ -3,6 +3,8 @@
 import importlib
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections import Counter
 from functools import partial
@@ -132,3 +134,44 @@ def test_a_worker_that_dies_between_two_items_costs_none(squares, tmp_path, monk
     assert died
     assert states(outcomes) == {"done": 4}
     assert sorted(job.begun()) == list(range(4))
+
+
+PARENT = """
+import sys
+sys.path.insert(0, {here!r})
+from pathlib import Path
+from footprints_edge.parallel.processes import run_in_processes
+from scripted_job import Squares
+if __name__ == "__main__":
+    job = Squares(Path({folder!r}), waits_at=(0, 1))
+    run_in_processes(job, range(4), print, processes=2, run_length=1)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kills as POSIX does")
+def test_workers_end_when_their_parent_is_killed(squares, tmp_path):
+    script = tmp_path / "parent.py"
+    script.write_text(PARENT.format(here=str(Path(__file__).parent), folder=str(tmp_path)))
+    parent = subprocess.Popen([sys.executable, script])
+    job = squares(tmp_path)
+    until(lambda: len(job.begun()) == 2)
+    workers = [int(pid) for pid in job.pids()]
+    parent.kill()
+    parent.wait()
+    until(lambda: not any(map(runs, workers)))
+
+
+def until(happens, within_s=60):
+    end = time.monotonic() + within_s
+    while not happens():
+        assert time.monotonic() < end, "it did not happen"
+        time.sleep(0.1)
+
+
+def runs(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    status = Path(f"/proc/{pid}/stat")  # who inherits orphans may not wait for them
+    return not (status.exists() and status.read_text().rpartition(")")[2].split()[0] == "Z")
