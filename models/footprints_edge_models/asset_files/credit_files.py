@@ -1,4 +1,4 @@
-"""The list of credits in a folder of pictures that were made from assets."""
+"""The list of credits in a folder of what was made from assets."""
 
 import json
 from collections.abc import Iterable
@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from footprints_edge.foundation.atomic_write import write_atomically
-from footprints_edge_models.asset_files.asset import Credit
+from footprints_edge_models.asset_files.asset import AssetError, Credit
 
 CREDITS = "credits.json"
 
@@ -21,3 +21,15 @@ def write_credits_file(folder: Path, credits: Iterable[Credit]) -> list[Credit]:
     facts = [asdict(each) for each in ordered]
     write_atomically(folder / CREDITS, (json.dumps(facts, indent=1) + "\n").encode())
     return ordered
+
+
+def read_credits_file(path: Path) -> list[Credit]:
+    """The credits that :func:`write_credits_file` wrote.
+
+    Raises:
+        AssetError: It is damaged.
+    """
+    try:
+        return [Credit(**facts) for facts in json.loads(path.read_text(encoding="utf-8"))]
+    except (OSError, ValueError, TypeError) as error:
+        raise AssetError(f"{path}: no readable credits ({error})") from error

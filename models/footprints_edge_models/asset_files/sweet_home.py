@@ -35,8 +35,8 @@ _LICENCES = {
     "cc0": "CC0-1.0",
     "cc-0": "CC0-1.0",
 }
-"""Words in a catalogue's licence, and the licence that they stand for. The text of CC BY speaks of the
-public domain as well: that comes last."""
+"""Words in a catalogue's licence, and the licence that they stand for. The text of CC BY speaks of
+the public domain as well: that comes last."""
 _BANS = ("noncommercial", "non-commercial", "noderiv", "sharealike", "share alike", "by-sa")
 
 

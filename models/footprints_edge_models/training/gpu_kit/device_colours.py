@@ -1,6 +1,6 @@
 """What a camera and a file do to colours, for a batch on the device.
 
-As ``augmentation.jitter_colours``, with motion blur and JPEG.
+As ``augmentation.jitter_colours`` and ``degradation``, as often as these.
 
 Random numbers for a picture are drawn on the host, those for a pixel on the device.
 """
@@ -11,6 +11,14 @@ import numpy as np
 import torch
 import torch.nn.functional as F
 from numpy.typing import NDArray
+
+from footprints_edge_models.data.degradation import (
+    BLURRED,
+    COMPRESSED,
+    JPEG_QUALITY,
+    NOISY,
+    SHAKEN,
+)
 
 _REACH = 3
 """Blur kernels reach so many pixels to each side."""
@@ -48,21 +56,21 @@ def jitter(
     """
     count = len(image)
     image = _toned(image, rng)
-    blurred = np.flatnonzero(rng.random(count) < 0.25)
+    blurred = np.flatnonzero(rng.random(count) < BLURRED + SHAKEN)
     if len(blurred):
         chosen = _on(image.device, blurred)
         kernels = np.stack([_blur_kernel(rng) for _ in blurred]).astype(np.float32)
         image[chosen] = blur(image[chosen], _on(image.device, kernels))
-    noisy = rng.random(count) < 0.3
+    noisy = rng.random(count) < NOISY
     levels = _on(image.device, (noisy * rng.uniform(2, 8, count) / 255).astype(np.float32))
     grain = torch.randn(
         (count, 1, *image.shape[2:]), generator=generator, device=image.device, dtype=image.dtype
     )
     image = image.addcmul(grain, levels.reshape(-1, 1, 1, 1)).clamp(0, 1)
-    packed = np.flatnonzero(rng.random(count) < 0.5)
+    packed = np.flatnonzero(rng.random(count) < COMPRESSED)
     if len(packed):
         chosen = _on(image.device, packed)
-        qualities = rng.uniform(35, 95, len(packed)).astype(np.float32)
+        qualities = rng.uniform(*JPEG_QUALITY, len(packed)).astype(np.float32)
         image[chosen] = jpeg(image[chosen], _on(image.device, qualities))
     return (image * 255).round() / 255
 
@@ -103,7 +111,7 @@ def _blur_kernel(rng: np.random.Generator) -> NDArray[np.float64]:
     """Out of focus, or shaken: (7, 7), sums to one."""
     side = 2 * _REACH + 1
     place = np.arange(side) - _REACH
-    if rng.random() < 0.6:
+    if rng.random() < BLURRED / (BLURRED + SHAKEN):
         line = np.exp(-(place**2) / (2 * rng.uniform(0.5, 1.2) ** 2))
         kernel = np.outer(line, line)
     else:

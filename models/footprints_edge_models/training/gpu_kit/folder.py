@@ -9,7 +9,7 @@ import sys
 import tarfile
 import tempfile
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -19,6 +19,13 @@ import torch
 import footprints_edge
 import footprints_edge_models
 from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge_models.asset_files.asset import Credit
+from footprints_edge_models.asset_files.credit_files import (
+    CREDITS,
+    read_credits_file,
+    write_credits_file,
+)
+from footprints_edge_models.asset_files.pack import AssetPack
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.data.packed import datasets_in
@@ -111,6 +118,7 @@ def build_kit(
         (folder / name).unlink(missing_ok=True)
     shutil.copyfile(runner, folder / RUNNER)
     with tempfile.TemporaryDirectory() as scratch:
+        write_credits_file(Path(scratch), _credits(data, datasets, assets))
         _write_code(folder / CODE, settings, init, wheels, Path(scratch))
     if assets is not None:
         most = min(int(ASSETS_SHARE * most_bytes), int(0.8 * _left(folder, most_bytes)))
@@ -119,6 +127,14 @@ def build_kit(
     write_shard(folder / SHARD, views)
     _left(folder, most_bytes)
     return _sizes(folder)
+
+
+def _credits(data: Path, datasets: Iterable[str], assets: Path | None) -> list[Credit]:
+    """Whom to credit for what a network may learn from the kit: of the pack, all of its split."""
+    files = [data / name / CREDITS for name in datasets]
+    found = [credit for file in files if file.is_file() for credit in read_credits_file(file)]
+    entries = [] if assets is None else AssetPack(assets).entries
+    return found + [entry.credit for entry in entries if entry.split == "train"]
 
 
 def _sizes(folder: Path) -> dict[str, int]:
@@ -164,6 +180,7 @@ def _write_code(
                     if not name.endswith("/"):
                         add(f"site/{name}", files.read(name))
         add(SETTINGS, settings.to_json().encode())
+        add(CREDITS, (scratch / CREDITS).read_bytes())
         weights = scratch / INITIAL_WEIGHTS
         _write_initial(weights, settings, init)
         add(INITIAL_WEIGHTS, weights.read_bytes())

@@ -2,6 +2,7 @@
 
 import logging
 import math
+import shutil
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -11,6 +12,7 @@ import numpy as np
 import torch
 
 from footprints_edge.foundation.cores import usable_cores
+from footprints_edge_models.asset_files.credit_files import CREDITS
 from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.sample import Sample
 from footprints_edge_models.training.batches import view_size
@@ -101,7 +103,8 @@ def run_kit(
     """Trains with an unpacked kit until the time is up; the path of the weights.
 
     Writes ``weights.pt`` (half precision, the moving average) again and again, ``train.csv``,
-    ``validation.csv`` and ``machine.csv``, and at the end ``curves.png`` and ``predictions.png``.
+    ``validation.csv``, ``machine.csv`` and ``credits.json``, and at the end ``curves.png`` and
+    ``predictions.png``.
 
     Args:
         kit: Folder of the unpacked kit.
@@ -121,6 +124,7 @@ def run_kit(
     for name in ("train.csv", "validation.csv", "machine.csv"):
         (out / name).unlink(missing_ok=True)
     settings = read_kit_settings(kit)
+    shutil.copyfile(kit / CREDITS, out / CREDITS)
     how = RunSize.toy() if toy else RunSize(settings.size)
     assets = kit / ASSETS
     job = SceneViews.of(

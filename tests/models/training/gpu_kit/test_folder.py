@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from footprints_edge_models.asset_files.asset import Credit
+from footprints_edge_models.asset_files.credit_files import write_credits_file
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.mixture import load_datasets
 from footprints_edge_models.data.packed import pack
@@ -34,6 +36,7 @@ def data(tmp_path_factory):
     root = tmp_path_factory.mktemp("data")
     settings = SceneSettings("train", 0, (64, 96))
     make_scenes(root / "synthetic_scenes", settings, [], 3, 1, lambda _: None)
+    write_credits_file(root / "synthetic_scenes", [Credit("A chair", "Somebody", "CC0-1.0", "x")])
     for name, shape in (("images", (40, 60, 3)), ("labels", (40, 60))):
         (root / "houses" / name).mkdir(parents=True)
         for index in range(30):
@@ -152,8 +155,10 @@ def test_a_run_from_the_kit_alone(kit, tmp_path):
     assert done.stdout.strip() == str(out / "weights.pt")
     assert {path.name for path in out.iterdir()} == {
         "weights.pt", "train.csv", "validation.csv", "machine.csv", "log.txt", "curves.png",
-        "predictions.png",
+        "predictions.png", "credits.json",
     }  # fmt: skip
+    credits = json.loads((out / "credits.json").read_text())
+    assert [each["title"] for each in credits] == ["A chair"]
     load_weights(EdgeNetwork(), read_checkpoint(out / "weights.pt"), "weights")
     with (out / "machine.csv").open() as file:
         machine = list(csv.DictReader(file))
