@@ -15,7 +15,7 @@ from PIL import Image
 
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.types import Rgb, Size
-from footprints_edge.inputs.preprocessing import preprocess
+from footprints_edge.inputs.preprocessing import FILTER, preprocess
 from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge.model_files.registry import resolve
 from footprints_edge_bench.foundation.fingerprint import sha256_of_bytes, sha256_of_file
@@ -172,7 +172,7 @@ class ModelCache:
         shutil.rmtree(photos)
 
     def _write_stock(self, folder: Path, network: str, size: Size | None, precision: str) -> None:
-        from footprints_edge_export.architectures import ARCHITECTURES
+        from footprints_edge_export.architectures import ARCHITECTURES, canonical_focal_px
         from footprints_edge_models.networks.channels import MAX_DEPTH_M, MIN_DEPTH_M
 
         architecture = ARCHITECTURES[network]
@@ -181,8 +181,8 @@ class ModelCache:
             architecture=network,
             precision=precision,
             depth_range_m=(MIN_DEPTH_M, MAX_DEPTH_M),
-            focal_px=architecture.focal_px,
-            resize="lanczos",
+            focal_px=canonical_focal_px(network, self._checkpoint(network)),
+            resize=FILTER,
             licence=architecture.licence,
             source_sha256=self.weights_sha256(network),
             producer="stock tools",
