@@ -162,8 +162,9 @@ def _train(data: Path, recipe: "Recipe", run: Path, device: str, workers: int | 
     from footprints_edge_models.training.trainer import train
 
     where = device_of(device)
-    if workers is None:  # a GPU is faster than two threads
-        workers = 0 if where.type == "cpu" else len(os.sched_getaffinity(0))
+    if workers is None:  # a GPU is faster than two threads; torchrun's processes share the cores
+        cores = len(os.sched_getaffinity(0)) // int(os.environ.get("LOCAL_WORLD_SIZE", "1"))
+        workers = 0 if where.type == "cpu" else max(1, cores)
     datasets = datasets_of(data)
     is_first = os.environ.get("RANK", "0") == "0"  # torchrun starts others as well
     with tqdm(bar_format="{desc}", disable=None if is_first else True) as bar:
