@@ -8,6 +8,7 @@
 The public names load on first use, so ``import footprints_edge`` is cheap.
 """
 
+import os
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -33,6 +34,11 @@ if TYPE_CHECKING:
     from footprints_edge.navigation.path_planning import GroundPath as GroundPath
     from footprints_edge.prediction import Prediction as Prediction
     from footprints_edge.video.smoothing import Tracker as Tracker
+
+# onnxruntime reports to its maker and keeps a device id in the home folder unless this is set before
+# it is imported. Whoever sets it to 0 has chosen.
+if not os.environ.get("ORT_DISABLE_TELEMETRY"):
+    os.environ["ORT_DISABLE_TELEMETRY"] = "1"
 
 _PUBLIC = {
     "errors": (

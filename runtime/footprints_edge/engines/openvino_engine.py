@@ -1,4 +1,4 @@
-"""The OpenVINO engine (the extra `openvino`). The only module that imports OpenVINO."""
+"""The OpenVINO engine (the extra `openvino`)."""
 
 import hashlib
 from pathlib import Path
@@ -10,6 +10,7 @@ import numpy as np
 from footprints_edge.engines.engine import checked_input_size, checked_threads, read_model_file
 from footprints_edge.errors import ModelError
 from footprints_edge.foundation.install_hint import install_hint
+from footprints_edge.foundation.openvino import import_openvino
 from footprints_edge.foundation.types import Floats, Rgb, Size
 
 _CACHED_SIZES = 8
@@ -37,7 +38,7 @@ class OpenVinoEngine:
                 breaks the file contract, or if the number of threads is not positive.
         """
         try:
-            import openvino
+            openvino = import_openvino()
         except ModuleNotFoundError as error:
             raise ModelError(
                 f"engine 'openvino' needs the package openvino; {install_hint('openvino')}"
