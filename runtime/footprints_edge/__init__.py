@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from footprints_edge.prediction import Prediction as Prediction
     from footprints_edge.video.smoothing import Tracker as Tracker
 
-# onnxruntime reports to its maker and keeps a device id in the home folder unless this is set before
-# it is imported. Whoever sets it to 0 has chosen.
+# onnxruntime reports to its maker and keeps a device id in the home folder unless this is set
+# before it is imported. Whoever sets it to 0 has chosen.
 if not os.environ.get("ORT_DISABLE_TELEMETRY"):
     os.environ["ORT_DISABLE_TELEMETRY"] = "1"
 

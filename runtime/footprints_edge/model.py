@@ -164,9 +164,7 @@ def load(
             provider or engine is not available.
     """
     path = registry.resolve(model)
-    opened = open_engine(path, engine, threads=threads, providers=providers)
-    registry.check(path, opened.sha256)
-    return Model(opened)
+    return Model(open_engine(path, engine, threads=threads, providers=providers))
 
 
 def _camera_of(image: DecodedImage, given: Camera | None) -> Intrinsics:

@@ -80,6 +80,7 @@ def _plain(facts: Any, key: str) -> object:  # noqa: ANN401
 def _quantized(backend: Backend, setting: BackendSetting) -> Path:
     """The float32 file quantized by NNCF, on the calibration images of our own int8."""
     import nncf
+
     openvino = import_openvino()
 
     source = setting.cache.onnx(backend.network, backend.size, "fp32-stock")

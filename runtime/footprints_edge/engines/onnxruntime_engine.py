@@ -1,6 +1,5 @@
 """The onnxruntime engine. The only module that imports onnxruntime."""
 
-import hashlib
 from collections import Counter
 from collections.abc import Sequence
 from functools import cache
@@ -9,9 +8,10 @@ from pathlib import Path
 
 import onnxruntime as ort
 
-from footprints_edge.engines.engine import checked_input_size, checked_threads, read_model_file
+from footprints_edge.engines.engine import checked_input_size, checked_maps, checked_threads
 from footprints_edge.errors import ModelError
 from footprints_edge.foundation.types import Floats, Rgb
+from footprints_edge.model_files.read import read_model_file
 
 _CPU = "CPUExecutionProvider"
 
@@ -42,9 +42,8 @@ class OnnxRuntimeEngine:
                 is not available, or if the number of threads is not positive.
         """
         self.threads = checked_threads(threads)
-        data = read_model_file(path)
-        self.path = path
-        self.sha256 = hashlib.sha256(data).hexdigest()
+        file = read_model_file(path)
+        self.path, self.sha256, data = path, file.sha256, file.data
         if isinstance(providers, str):
             providers = [providers]
         options = _options(self.threads)
@@ -72,11 +71,13 @@ class OnnxRuntimeEngine:
             self.runtime += f", {self._assigned_nodes(plugin)}"
         elif wanted[0] != _CPU:
             self.runtime += f", {wanted[0]}"
-        inputs, outputs = self._session.get_inputs(), self._session.get_outputs()
-        self.input_size = checked_input_size(
-            path, [(node.name, node.type, node.shape) for node in (*inputs, *outputs)]
-        )
-        self.props: dict[str, str] = dict(self._session.get_modelmeta().custom_metadata_map)
+        try:
+            nodes = [*self._session.get_inputs(), *self._session.get_outputs()]
+            found = [(node.name, node.type, node.shape) for node in nodes]
+            self.props: dict[str, str] = dict(self._session.get_modelmeta().custom_metadata_map)
+        except UnicodeDecodeError as error:
+            raise ModelError(f"{path} is damaged: a text in it is not UTF-8") from error
+        self.input_size = checked_input_size(path, found)
 
     def run(self, image: Rgb) -> Floats:
         """One forward pass; see `engine.Engine.run`."""
@@ -84,7 +85,7 @@ class OnnxRuntimeEngine:
             maps: Floats = self._session.run(["maps"], {"image": image})[0]
         except Exception as error:
             raise ModelError(f"{self.path} failed on an input of {image.shape}: {error}") from error
-        return maps
+        return checked_maps(self.path, maps, (image.shape[1], image.shape[2]))
 
     def _assigned_nodes(self, plugin: str) -> str:
         """The number of nodes by provider; rejects a plug-in that runs none."""

@@ -13,13 +13,12 @@ def import_openvino() -> Any:  # noqa: ANN401 - it has no types
     Raises:
         ModuleNotFoundError: If it is not installed.
     """
-    if "openvino" not in sys.modules:
-        there = sys.modules.get("openvino_telemetry")
-        sys.modules["openvino_telemetry"] = None  # type: ignore[assignment]  # "not installed"
-        try:
-            import openvino  # noqa: F401
-        finally:
-            del sys.modules["openvino_telemetry"]
-            if there is not None:
-                sys.modules["openvino_telemetry"] = there
-    return sys.modules["openvino"]
+    there = sys.modules.get("openvino_telemetry")
+    sys.modules["openvino_telemetry"] = None  # type: ignore[assignment]  # "not installed"
+    try:
+        import openvino
+    finally:
+        del sys.modules["openvino_telemetry"]
+        if there is not None:
+            sys.modules["openvino_telemetry"] = there
+    return openvino
