@@ -6,6 +6,7 @@ from pathlib import Path
 
 from footprints_edge.cli.sources import InputImage, expand
 from footprints_edge.errors import FootprintsError, OutputError
+from footprints_edge.foundation.real_path import real_path
 from footprints_edge.outputs.writers import Encoder, output_paths, refuse_overwriting
 
 
@@ -57,8 +58,8 @@ def plan(
     for name in named:
         try:
             for source in expand(name, recursive=recursive):
-                path = source.path.resolve() if source.path else None
-                distinct.setdefault((path, _folder(source, output).resolve()), source)
+                path = real_path(source.path) if source.path else None
+                distinct.setdefault((path, real_path(_folder(source, output))), source)
         except (FootprintsError, OSError) as error:
             batch.total += 1
             batch.failures.append(str(error))

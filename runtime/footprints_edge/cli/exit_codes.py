@@ -39,6 +39,9 @@ def explained(extra: str | None = None) -> Iterator[None]:
         raise typer.Exit(USAGE) from None
     except KeyboardInterrupt:
         raise typer.Exit(INTERRUPTED) from None
+    except MemoryError:
+        complain("Error: there is not enough memory; give fewer threads or smaller inputs")
+        raise typer.Exit(SOME_FAILED) from None
     except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise typer.Exit(_BROKEN_PIPE) from None

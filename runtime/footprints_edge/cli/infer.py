@@ -1,9 +1,7 @@
 """The command `fp-infer`: parses options and runs the model on pictures and videos."""
 
-import sys
 import warnings
 from functools import partial
-from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -169,9 +167,7 @@ def infer(
 
 
 def main() -> None:
-    """Entry point of `fp-infer`."""
-    if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="surrogateescape")  # file names need not be valid UTF-8
+    """Runs `fp-infer`; see `start`."""
     app()
 
 
@@ -251,4 +247,6 @@ def _close(batch: "Batch", *, quiet: bool) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    from footprints_edge.cli.start import start
+
+    start("footprints_edge.cli.infer")

@@ -1,6 +1,7 @@
 """The part of `fp-infer` for pictures."""
 
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
@@ -9,6 +10,8 @@ from footprints_edge.cli.batch import Batch, Task
 from footprints_edge.cli.exit_codes import complain
 from footprints_edge.cli.progress import ProgressLine, bar
 from footprints_edge.errors import FootprintsError, ImageError
+from footprints_edge.inputs.images import MAX_BYTES
+from footprints_edge.outputs.writers import write
 
 if TYPE_CHECKING:
     from footprints_edge.model import Camera, Model
@@ -31,38 +34,43 @@ def infer_images(
     progress = ProgressLine(shown=len(batch.tasks) > 1 and not quiet)
     for done, task in enumerate(batch.tasks):
         progress.show(bar(done, len(batch.tasks), task.source.label))
+        written: list[Path] = []
         try:
-            prediction = _predict_and_write(task, model, camera, threshold)
+            prediction = _predict(task, model, camera, threshold)
+            line = _summary_line(task, prediction) if verbose else ""
+            write(prediction, task.targets, written.append)
         except FootprintsError as error:
-            batch.failures.append(str(error))
-            continue
+            line = ""
+            batch.failures.append(_named(error, task))
         except Exception as error:  # no error may stop the other pictures
+            line = ""
             reason = f"{type(error).__name__}: {error}"
             batch.failures.append(f"{task.source.label} cannot be processed: {reason}")
-            continue
         progress.clear()
-        if verbose:
-            complain(_summary_line(task, prediction))
-        for path in task.targets:
+        if line:
+            complain(line)
+        for path in written:
             typer.echo(path)
     progress.clear()
 
 
-def _predict_and_write(
-    task: Task, model: "Model", camera: "Camera | None", threshold: float
-) -> "Prediction":
-    from footprints_edge.outputs.writers import write
+def _named(error: FootprintsError, task: Task) -> str:
+    """The message, which names the picture."""
+    said = str(error)
+    return said if task.source.label in said else f"{task.source.label}: {said}"
 
+
+def _predict(task: Task, model: "Model", camera: "Camera | None", threshold: float) -> "Prediction":
     image = task.source.path or _standard_input()
-    prediction = model.predict(image, intrinsics=camera, threshold=threshold)
-    write(prediction, task.targets)
-    return prediction
+    return model.predict(image, intrinsics=camera, threshold=threshold)
 
 
 def _standard_input() -> bytes:
-    data = sys.stdin.buffer.read() if sys.stdin else b""
+    data = sys.stdin.buffer.read(MAX_BYTES + 1) if sys.stdin else b""
     if not data:
         raise ImageError("standard input is empty; pipe a picture into it")
+    if len(data) > MAX_BYTES:
+        raise ImageError(f"standard input: larger than {MAX_BYTES} bytes; is it a picture?")
     return data
 
 

@@ -1,6 +1,5 @@
 """The part of `fp-infer` for videos, cameras and pipes."""
 
-import signal
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -13,11 +12,13 @@ from footprints_edge.cli.batch import Batch
 from footprints_edge.cli.exit_codes import INTERRUPTED, complain
 from footprints_edge.cli.progress import ProgressLine
 from footprints_edge.errors import FootprintsError, OutputError
+from footprints_edge.foundation.real_path import real_path
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.outputs.writers import refuse_overwriting
 from footprints_edge.video.capture import Pace, RawFormat, Video, open_raw, open_video
 from footprints_edge.video.pipeline import VideoStats, run_pipeline
 from footprints_edge.video.sinks import open_sinks, video_paths
+from footprints_edge.video.sources import without_password
 
 if TYPE_CHECKING:
     from footprints_edge.model import Camera, Model
@@ -66,14 +67,17 @@ def infer_videos(
     Load `model` with one thread: `VideoOptions.at_once` keeps the cores busy. Failures are added to
     `batch`, as for pictures.
     """
-    # a stopped service finishes its files, as Ctrl-C does on a terminal
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     for name in named:
         batch.total += 1
         try:
             interrupted = _infer_video(name, options, model, camera, threshold, batch)
         except (FootprintsError, OSError) as error:
-            batch.failures.append(str(error) if name in str(error) else f"{name}: {error}")
+            shown = without_password(name)
+            batch.failures.append(str(error) if shown in str(error) else f"{shown}: {error}")
+            continue
+        except Exception as error:  # no error may stop the other videos
+            reason = f"{type(error).__name__}: {error}"
+            batch.failures.append(f"{without_password(name)} cannot be processed: {reason}")
             continue
         if interrupted:
             raise typer.Exit(INTERRUPTED)
@@ -93,7 +97,7 @@ def _infer_video(
         stack.callback(getattr(video.frames, "close", lambda: None))
         folder = options.output or (video.path.parent if video.path else Path())
         paths = video_paths(folder, video.name, options.formats)
-        refuse_overwriting(paths.values(), {video.path.resolve()} if video.path else set())
+        refuse_overwriting(paths.values(), {real_path(video.path)} if video.path else set())
         kept = [path for path in paths.values() if path.exists() and not options.overwrite]
         if kept and video.path is None:
             raise OutputError(f"its result {kept[0]} already exists; --overwrite replaces it")
@@ -101,7 +105,7 @@ def _infer_video(
         paths = {key: path for key, path in paths.items() if path not in kept}
         if not paths:
             return False
-        sinks = open_sinks(paths, video.fps, bev=options.bev)
+        sinks = open_sinks(paths, video.fps, bev=options.bev, endless=video.path is None)
         then = _smoother() if options.smooth else None
         stack.pop_all()  # the pipeline closes it
     progress = ProgressLine(shown=not options.quiet, every_s=_REDRAW_S)
@@ -116,9 +120,9 @@ def _infer_video(
         )
     finally:
         progress.clear()
-        for path in paths.values():
-            if path.exists():
-                typer.echo(path)
+        for sink in sinks:
+            if sink.written is not None:
+                typer.echo(sink.written)
     if not options.quiet:
         complain(_summary_line(video, stats))
     if not stats.frames and not stats.interrupted:

@@ -121,9 +121,11 @@ def doctor(model: ModelArgument = None) -> None:
 
 
 def main() -> None:
-    """Entry point of `fp-models`."""
+    """Runs `fp-models`; see `start`."""
     app()
 
 
 if __name__ == "__main__":
-    main()
+    from footprints_edge.cli.start import start
+
+    start("footprints_edge.cli.models")

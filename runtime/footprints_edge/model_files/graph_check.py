@@ -105,7 +105,7 @@ Constant: TypeAlias = tuple[float, ...]
 class _Node:
     operator: str
     inputs: list[str]
-    output: str
+    outputs: list[str]
     constant: Constant | None
 
 
@@ -132,9 +132,11 @@ def check_graph(data: bytes) -> None:
     if len(nodes) > MAX_NODES:
         raise ValueError(f"it has more than {MAX_NODES} nodes")
     constants = dict(_read_tensor(message_of(tensor)) for tensor in graph.get(5, ()))
-    constants |= {node.output: node.constant for node in nodes if node.constant is not None}
-    for value in _all(graph, 11, 12, 13):
+    constants |= {node.outputs[0]: node.constant for node in nodes if node.constant is not None}
+    given = [_check_value(message_of(value)) for value in graph.get(11, ())]
+    for value in _all(graph, 12, 13):
         _check_value(message_of(value))
+    _check_order(nodes, {"", *given, *constants})
     for node in nodes:
         _check_sizes(node, constants)
 
@@ -183,7 +185,7 @@ def _read_node(data: memoryview) -> _Node:
     constant = next((tensor for tensor in tensors if tensor is not None), None)
     if operator == "Constant" and constant is None:
         raise ValueError("a constant in it has no tensor")
-    return _Node(operator, inputs, outputs[0], constant if operator == "Constant" else None)
+    return _Node(operator, inputs, outputs, constant if operator == "Constant" else None)
 
 
 def _read_attribute(data: memoryview) -> Constant | None:
@@ -275,10 +277,21 @@ def _check_sizes(node: _Node, constants: dict[str, Constant]) -> None:
         raise ValueError(f"its operator {node.operator} has the sizes {list(numbers)}")
 
 
-def _check_value(data: memoryview) -> None:
-    """The type of an input, of an output or of a value between is a tensor's."""
+def _check_order(nodes: list[_Node], known: set[str]) -> None:
+    """Every value is there before it is used, so nothing goes in a circle."""
+    for node in nodes:
+        for name in node.inputs:
+            if name not in known:
+                raise ValueError(f"its operator {node.operator} needs {_shown(name)} too early")
+        if node.constant is None and not known.isdisjoint(node.outputs):
+            raise ValueError(f"it makes {_shown(node.outputs[0])} twice")
+        known.update(node.outputs)
+
+
+def _check_value(data: memoryview) -> str:
+    """The type of an input, of an output or of a value between is a tensor's; its name."""
     value = grouped(data)
-    _last_text(value, 1)
     for kind in value.get(2, ()):
         if not grouped(message_of(kind)).keys() <= {1, 6}:
             raise ValueError("it has values that are not tensors")
+    return _last_text(value, 1)

@@ -107,6 +107,15 @@ def test_the_end_of_a_slice_may_be_far(model):
     )
 
 
+def test_a_circle_is_refused(model):
+    model.graph.node[2].input[0] = "maps"
+    assert "too early" in refusal(model.SerializeToString())
+
+
+def test_a_value_is_made_once(model):
+    assert "twice" in refusal(spoil(model, helper.make_node("Abs", ["planes"], ["linear"])))
+
+
 def test_texts_are_utf8_and_short(model):
     model.metadata_props.add(key="footprints.more", value="x" * 10**6)
     assert "1000000 bytes" in refusal(model.SerializeToString())
