@@ -108,6 +108,7 @@ class Model:
             ModelError: If the network fails to run.
             ValueError: If the threshold is not between 0 and 1.
         """
+        threshold = float(threshold)
         if not 0 <= threshold <= 1:
             raise ValueError(f"threshold is {threshold}; it is a probability: give 0 to 1")
         if not (intrinsics is None or isinstance(intrinsics, Intrinsics) or callable(intrinsics)):
@@ -171,7 +172,13 @@ def _camera_of(image: DecodedImage, given: Camera | None) -> Intrinsics:
     if isinstance(given, Intrinsics):
         return given
     if given is not None:
-        return given(image.size)
+        camera = given(image.size)
+        if not isinstance(camera, Intrinsics):
+            raise IntrinsicsError(
+                f"the function for intrinsics gave a {type(camera).__name__}; it must return "
+                "fp.Intrinsics(fx, fy, cx, cy)"
+            )
+        return camera
     if image.focal_35mm is not None:
         return Intrinsics.from_focal_35mm(image.focal_35mm, image.size)
     return Intrinsics.assumed(image.size)

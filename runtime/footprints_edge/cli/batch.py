@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from footprints_edge.cli.sources import InputImage, expand
+from footprints_edge.cli.sources import InputImage, expand, left_out
 from footprints_edge.errors import FootprintsError, OutputError
 from footprints_edge.foundation.real_path import real_path
 from footprints_edge.outputs.writers import Encoder, output_paths, refuse_overwriting
@@ -27,12 +27,14 @@ class Batch:
         total: Number of pictures and videos given, including finished ones.
         kept: Existing outputs that are kept.
         failures: One message for each picture or video that failed.
+        notes: What the user should know, though nothing failed.
     """
 
     tasks: list[Task] = field(default_factory=list)
     total: int = 0
     kept: list[Path] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 def plan(
@@ -57,6 +59,7 @@ def plan(
     distinct: dict[tuple[Path | None, Path], InputImage] = {}
     for name in named:
         try:
+            batch.notes += filter(None, [left_out(name, recursive=recursive)])
             for source in expand(name, recursive=recursive):
                 path = real_path(source.path) if source.path else None
                 distinct.setdefault((path, real_path(_folder(source, output))), source)

@@ -233,7 +233,9 @@ def _point(text: str) -> tuple[float, float]:
 
 
 def _close(batch: "Batch", *, quiet: bool) -> None:
-    """Reports kept and failed results, and sets the exit code."""
+    """Reports notes, kept and failed results, and sets the exit code."""
+    for note in () if quiet else batch.notes:
+        complain(f"Note: {note}")
     if batch.kept and not quiet:
         complain(
             f"Kept {len(batch.kept)} existing result(s), such as {batch.kept[0]}; "

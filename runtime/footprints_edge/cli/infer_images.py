@@ -46,6 +46,8 @@ def infer_images(
             line = ""
             reason = f"{type(error).__name__}: {error}"
             batch.failures.append(f"{task.source.label} cannot be processed: {reason}")
+        else:
+            batch.notes += prediction.picture.notes
         progress.clear()
         if line:
             complain(line)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from footprints_edge.inputs.image_files import image_files
+from footprints_edge.inputs.image_files import image_files, passed_over
 from footprints_edge.outputs.writers import OUTPUT_ENDINGS
 
 STDIN = "-"
@@ -49,3 +49,10 @@ def expand(named: str, *, recursive: bool = False) -> list[InputImage]:
         return [InputImage(path)]
     found = image_files(path, recursive=recursive, skip_endings=OUTPUT_ENDINGS)
     return [InputImage(each, each.parent.relative_to(path)) for each in found]
+
+
+def left_out(named: str, *, recursive: bool = False) -> str:
+    """Says which pictures of a folder `expand` leaves out; empty without any, or without a folder."""
+    path = Path(named)
+    kinds = passed_over(path, recursive=recursive) if path.is_dir() else ""
+    return f"{named}: passed over {kinds}, which cannot be read here" if kinds else ""

@@ -44,7 +44,7 @@ def summarise(prediction: GroundMaps) -> dict[str, Any]:
             "roll_deg": plane.roll_deg,
             "error_m": plane.error_m,
         },
-        "threshold": prediction.threshold,
+        "threshold": float(prediction.threshold),
         "camera": {
             "fx_px": camera.fx,
             "fy_px": camera.fy,
