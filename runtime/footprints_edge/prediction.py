@@ -42,7 +42,7 @@ class Prediction(GroundMaps):
 
         Raises:
             GroundPlaneError: If there is too little ground to fit a plane.
-            ValueError: If a size is not positive, or the range is more than 5000 cells.
+            ValueError: If a size is not positive, or the range is more than 1500 cells.
         """
         from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained, show_version
+from footprints_edge.cli.exit_codes import HELP, SOME_FAILED, VersionOption, complain, explained
 
 if TYPE_CHECKING:
     from footprints_edge.cli.batch import Batch
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from footprints_edge.model import Camera
     from footprints_edge.outputs.writers import Encoder
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = typer.Typer(context_settings=HELP, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 
 @app.command()
@@ -44,6 +44,17 @@ def infer(
     model: Annotated[
         str | None, typer.Option(help="Model file, or a name from fp-models list.")
     ] = None,
+    engine: Annotated[
+        str, typer.Option(help="onnxruntime, openvino, or a plug-in: onnxruntime-ep-….")
+    ] = "onnxruntime",
+    providers: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--provider",
+            help="Execution provider of onnxruntime, such as CUDAExecutionProvider; several in "
+            "order of preference. Default: the CPU.",
+        ),
+    ] = None,
     threads: Annotated[
         int | None,
         typer.Option(min=1, max=256, help="Number of threads. Default: one per usable core."),
@@ -51,6 +62,12 @@ def infer(
     threshold: Annotated[
         float, typer.Option(min=0, max=1, help="Probability above which a pixel counts as ground.")
     ] = 0.5,
+    flatten: Annotated[
+        bool,
+        typer.Option(
+            " /--no-flatten", help="Keep the network's depth of flat ground, off its plane."
+        ),
+    ] = True,
     fx: Annotated[float | None, typer.Option(help="Focal length along x, in pixels.")] = None,
     fy: Annotated[float | None, typer.Option(help="Focal length along y, in pixels.")] = None,
     cx: Annotated[
@@ -104,10 +121,7 @@ def infer(
     verbose: Annotated[
         bool, typer.Option("-v", "--verbose", help="Print one line per image.")
     ] = False,
-    _version: Annotated[
-        bool,
-        typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
-    ] = False,
+    _version: VersionOption = False,
 ) -> None:
     """Find the walkable ground in pictures and videos, seen and hidden, and its distance in metres.
 
@@ -116,6 +130,7 @@ def infer(
     """
     with explained():
         from footprints_edge.cli.batch import plan
+        from footprints_edge.cli.sources import folder_of_videos
         from footprints_edge.model_files.registry import resolve
 
         warnings.filterwarnings("ignore", module=r"PIL\.")  # serious problems raise ImageError
@@ -124,6 +139,7 @@ def infer(
         extra = {".path.png": _path_encoder(path, margin)} if path else {}
         if bev and "overlay" in wanted:
             extra[".overlay.png"] = _overlay_with_bev
+        images = [part for name in images for part in folder_of_videos(name, recursive=recursive)]
         videos = _videos_among(images, raw)
         pictures = [name for name in images if name not in videos]
         if videos and path:
@@ -143,9 +159,12 @@ def infer(
             from footprints_edge.cli.infer_images import infer_images
             from footprints_edge.model import load
 
-            loaded = load(model, threads=threads)
-            infer_images(batch, loaded, camera, threshold, quiet=quiet, verbose=verbose)
-            del loaded
+            loaded = load(model, threads=threads, providers=providers or None, engine=engine)
+            predict = partial(
+                loaded.predict, intrinsics=camera, threshold=threshold, flatten=flatten
+            )
+            infer_images(batch, predict, quiet=quiet, verbose=verbose)
+            del loaded, predict
         if videos:
             from footprints_edge.cli.infer_video import VideoOptions, infer_videos
             from footprints_edge.foundation.cores import usable_cores
@@ -162,7 +181,11 @@ def infer(
                 overwrite=overwrite,
                 quiet=quiet,
             )
-            infer_videos(videos, options, load(model, threads=1), camera, threshold, batch)
+            loaded = load(model, threads=1, providers=providers or None, engine=engine)
+            predict = partial(
+                loaded.predict, intrinsics=camera, threshold=threshold, flatten=flatten
+            )
+            infer_videos(videos, options, predict, batch)
         _close(batch, quiet=quiet)
 
 

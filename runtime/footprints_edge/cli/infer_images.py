@@ -4,25 +4,23 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
 from footprints_edge.cli.batch import Batch, Task
-from footprints_edge.cli.exit_codes import complain
+from footprints_edge.cli.exit_codes import complain, name_file
 from footprints_edge.cli.progress import ProgressLine, bar
 from footprints_edge.errors import FootprintsError, ImageError
 from footprints_edge.inputs.images import MAX_BYTES
 from footprints_edge.outputs.writers import write
 
 if TYPE_CHECKING:
-    from footprints_edge.model import Camera, Model
+    from collections.abc import Callable
+
+    from footprints_edge.inputs.images import ImageSource
     from footprints_edge.prediction import Prediction
 
 
 def infer_images(
     batch: Batch,
-    model: "Model",
-    camera: "Camera | None",
-    threshold: float,
+    predict: "Callable[[ImageSource], Prediction]",
     *,
     quiet: bool,
     verbose: bool,
@@ -36,7 +34,7 @@ def infer_images(
         progress.show(bar(done, len(batch.tasks), task.source.label))
         written: list[Path] = []
         try:
-            prediction = _predict(task, model, camera, threshold)
+            prediction = predict(task.source.path or _standard_input())
             line = _summary_line(task, prediction) if verbose else ""
             write(prediction, task.targets, written.append)
         except FootprintsError as error:
@@ -52,7 +50,7 @@ def infer_images(
         if line:
             complain(line)
         for path in written:
-            typer.echo(path)
+            name_file(path)
     progress.clear()
 
 
@@ -60,11 +58,6 @@ def _named(error: FootprintsError, task: Task) -> str:
     """The message, which names the picture."""
     said = str(error)
     return said if task.source.label in said else f"{task.source.label}: {said}"
-
-
-def _predict(task: Task, model: "Model", camera: "Camera | None", threshold: float) -> "Prediction":
-    image = task.source.path or _standard_input()
-    return model.predict(image, intrinsics=camera, threshold=threshold)
 
 
 def _standard_input() -> bytes:

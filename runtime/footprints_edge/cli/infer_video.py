@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from footprints_edge.cli.batch import Batch
-from footprints_edge.cli.exit_codes import INTERRUPTED, complain
+from footprints_edge.cli.exit_codes import INTERRUPTED, complain, name_file
 from footprints_edge.cli.progress import ProgressLine
 from footprints_edge.errors import FootprintsError, OutputError
 from footprints_edge.foundation.real_path import real_path
@@ -21,7 +21,6 @@ from footprints_edge.video.sinks import open_sinks, video_paths
 from footprints_edge.video.sources import without_password
 
 if TYPE_CHECKING:
-    from footprints_edge.model import Camera, Model
     from footprints_edge.prediction import Prediction
 
 _REDRAW_S = 0.2
@@ -57,20 +56,18 @@ class VideoOptions:
 def infer_videos(
     named: Sequence[str],
     options: VideoOptions,
-    model: "Model",
-    camera: "Camera | None",
-    threshold: float,
+    predict: "Callable[[DecodedImage], Prediction]",
     batch: Batch,
 ) -> None:
     """Processes the videos in order and prints the files written.
 
-    Load `model` with one thread: `VideoOptions.at_once` keeps the cores busy. Failures are added to
-    `batch`, as for pictures.
+    `VideoOptions.at_once` keeps the cores busy, so the model is best loaded with one thread.
+    Failures are added to `batch`, as for pictures.
     """
     for name in named:
         batch.total += 1
         try:
-            interrupted = _infer_video(name, options, model, camera, threshold, batch)
+            interrupted = _infer_video(name, options, predict, batch)
         except (FootprintsError, OSError) as error:
             shown = without_password(name)
             batch.failures.append(str(error) if shown in str(error) else f"{shown}: {error}")
@@ -86,9 +83,7 @@ def infer_videos(
 def _infer_video(
     name: str,
     options: VideoOptions,
-    model: "Model",
-    camera: "Camera | None",
-    threshold: float,
+    predict: "Callable[[DecodedImage], Prediction]",
     batch: Batch,
 ) -> bool:
     """Processes one video; returns whether Ctrl-C ended it."""
@@ -112,7 +107,7 @@ def _infer_video(
     try:
         stats = run_pipeline(
             video,
-            lambda rgb: model.predict(DecodedImage(rgb), intrinsics=camera, threshold=threshold),
+            lambda rgb: predict(DecodedImage(rgb)),
             sinks,
             lambda stats: progress.show(_progress_text(video, stats)),
             at_once=options.at_once,
@@ -122,7 +117,7 @@ def _infer_video(
         progress.clear()
         for sink in sinks:
             if sink.written is not None:
-                typer.echo(sink.written)
+                name_file(sink.written)
     if not options.quiet:
         complain(_summary_line(video, stats))
     if not stats.frames and not stats.interrupted:

@@ -1,10 +1,12 @@
 """The onnxruntime engine. The only module that imports onnxruntime."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from threading import Lock
+from typing import Any
 
 import onnxruntime as ort
 
@@ -24,18 +26,21 @@ class OnnxRuntimeEngine:
         path: Path,
         *,
         threads: int | None = None,
-        providers: Sequence[str] | None = None,
+        providers: Sequence[str | tuple[str, Mapping[str, Any]]] | None = None,
         plugin: str | None = None,
+        session_options: Mapping[str, str] | None = None,
     ) -> None:
         """Loads a model file.
 
         Args:
             path: An ONNX file of the footprints-edge contract, or one in onnxruntime's format.
             threads: Threads for one `run`; None means all cores that this process may use.
-            providers: onnxruntime execution providers in order of preference; None means CPU.
+            providers: onnxruntime execution providers in order of preference, alone or with their
+                options; None means CPU.
             plugin: Package of a plug-in execution provider, such as `onnxruntime-ep-openvino`,
                 instead of `providers`. Nodes that it does not support run on the CPU; `runtime`
                 says how many it runs.
+            session_options: Configuration entries of the session.
 
         Raises:
             ModelError: If the file is missing, damaged or breaks the file contract, if a provider
@@ -46,14 +51,17 @@ class OnnxRuntimeEngine:
         self.path, self.sha256, data = path, file.sha256, file.data
         if isinstance(providers, str):
             providers = [providers]
-        options = _options(self.threads)
+        options = _options(self.threads, session_options or {})
+        given: list[dict[str, Any]] = []
         if plugin is None:
-            wanted = _checked_providers([_CPU] if providers is None else list(providers))
+            wanted, given = _checked_providers([_CPU] if providers is None else list(providers))
         else:
             wanted = []
             _add_plugin(options, plugin)
         try:
-            self._session = ort.InferenceSession(data, options, providers=wanted)
+            self._session = ort.InferenceSession(
+                data, options, providers=wanted, provider_options=given or None
+            )
         except Exception as error:  # onnxruntime's exceptions share no base class
             raise ModelError(
                 f"{path} cannot be loaded ({len(data)} bytes, sha256 {self.sha256}): it is "
@@ -110,15 +118,19 @@ def runtime() -> str:
     return f"onnxruntime {ort.__version__}"
 
 
-def _checked_providers(wanted: list[str]) -> list[str]:
-    available = available_providers()
+def _checked_providers(
+    given: list[str | tuple[str, Mapping[str, Any]]],
+) -> tuple[list[str], list[dict[str, Any]]]:
+    """Names of providers and the options of each."""
+    pairs = [(entry, {}) if isinstance(entry, str) else entry for entry in given]
+    wanted, available = [str(name) for name, _ in pairs], available_providers()
     unknown = [provider for provider in wanted if provider not in available]
     if unknown or not wanted:
         raise ModelError(
             f"provider {', '.join(unknown) or '(none given)'} is not available here; "
             f"choose from {', '.join(available)}"
         )
-    return wanted
+    return wanted, [dict(options) for _, options in pairs]
 
 
 def _add_plugin(options: ort.SessionOptions, plugin: str) -> None:
@@ -138,9 +150,17 @@ def _add_plugin(options: ort.SessionOptions, plugin: str) -> None:
     options.add_session_config_entry("session.record_ep_graph_assignment_info", "1")
 
 
-@cache
+_registering = Lock()
+
+
 def _plugin_providers(plugin: str) -> tuple[str, ...]:
-    """Registers a plug-in with onnxruntime; returns the names of its execution providers."""
+    """The names of a plug-in's execution providers; registers it once with onnxruntime."""
+    with _registering:  # a cache alone would let two threads do it
+        return _registered(plugin)
+
+
+@cache
+def _registered(plugin: str) -> tuple[str, ...]:
     try:
         package = import_module(plugin.replace("-", "_"))
     except ModuleNotFoundError as error:
@@ -157,7 +177,7 @@ def _plugin_providers(plugin: str) -> tuple[str, ...]:
         ) from error
 
 
-def _options(threads: int) -> ort.SessionOptions:
+def _options(threads: int, entries: Mapping[str, str]) -> ort.SessionOptions:
     options = ort.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
@@ -165,4 +185,6 @@ def _options(threads: int) -> ort.SessionOptions:
     options.log_severity_level = 4  # errors arrive as exceptions; do not print them as well
     # Between two calls, waiting worker threads must not occupy the cores.
     options.add_session_config_entry("session.force_spinning_stop", "1")
+    for key, value in entries.items():
+        options.add_session_config_entry(key, str(value))
     return options

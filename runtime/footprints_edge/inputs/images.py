@@ -416,7 +416,7 @@ _NOT_FINITE = "some pixels are not finite numbers; save it as 8- or 16-bit grey"
 
 def _white_level(image: Image.Image) -> float:
     """The white level of 32-bit integers and floats, which state none: the smallest usual one."""
-    least, most = image.getextrema()
+    least, most = map(float, np.ravel(image.getextrema()))
     if not (math.isfinite(least) and math.isfinite(most)):
         raise ImageError(_NOT_FINITE)
     levels = (1.0, 255.0, 65535.0) if image.mode == "F" else (65535.0,)

@@ -77,7 +77,7 @@ _ITEM_BYTES = {1: 4, 2: 1, 3: 1, 6: 4, 7: 8, 9: 1, 10: 2, 11: 8}
 """Bytes of an element by ONNX's number of its type: float, bytes, integers, bool, half, double."""
 
 _INT64 = 7
-_LISTED = {1: "f", _INT64: "q"}
+_LISTED = {1, _INT64}
 _MAX_LISTED = 16
 """Tensors of so few floats or integers may be scales or shapes: their numbers are looked at."""
 
@@ -253,7 +253,7 @@ def _read_tensor(data: memoryview) -> tuple[str, Constant]:
         return name, ()
     numbers: list[float] = [*_floats(tensor.get(4, ())), *_integers(_all(tensor, 5, 7))]
     if kind in _LISTED and len(raw):
-        numbers += raw.cast(_LISTED[kind])
+        numbers += raw.cast("f") if kind == 1 else raw.cast("q")
     if kind == _INT64:
         _check_shape(name, numbers)
     return name, tuple(numbers)

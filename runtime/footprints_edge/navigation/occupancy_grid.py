@@ -18,6 +18,9 @@ from footprints_edge.maps.ground_maps import GroundMaps
 UNKNOWN, OCCUPIED, VISIBLE, HIDDEN = 0, 1, 2, 3
 """Cell values: unknown, not ground, visible ground, hidden ground."""
 
+MAX_CELLS = 1500
+"""Most cells in the range of a grid, which has 2 * 1500 * 1500 of them then."""
+
 _OBSTACLE_DEPTH_M = 1.0
 """A cell without ground counts as occupied up to this distance behind the visible surface, the
 depth of most furniture; farther on, such as behind walls, it is unknown."""
@@ -140,10 +143,10 @@ def make_occupancy_grid(
     prediction: GroundMaps, cell_m: float = 0.05, range_m: float = 10.0
 ) -> OccupancyGrid:
     """The grid of a prediction; see `Prediction.top_down`."""
-    if not (np.isfinite(range_m) and 0 < cell_m <= range_m <= 5000 * cell_m):
+    if not (np.isfinite(range_m) and 0 < cell_m <= range_m <= MAX_CELLS * cell_m):
         raise ValueError(
             f"cell_m is {cell_m}, range_m is {range_m}; give positive numbers of metres, with "
-            "1 to 5000 cells in the range"
+            f"1 to {MAX_CELLS} cells in the range"
         )
     camera = prediction.intrinsics
     plane = prediction.ground_plane()

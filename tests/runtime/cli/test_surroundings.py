@@ -52,7 +52,7 @@ def test_without_a_standard_input_that_is_said(photos, tiny_path):
 @posix
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp437", "utf-8"])
 def test_any_name_is_printed_as_the_system_spells_it(photos, tiny_path, encoding):
-    names = [os.fsencode("grün–你.png"), b"gr\xfcn.png"]
+    names = [os.fsencode("grün你.png"), b"gr\xfcn.png"]
     for name in names:
         (photos / os.fsdecode(name)).write_bytes((photos / "a.png").read_bytes())
     words = [*map(os.fsdecode, names), "--format", "json"]
@@ -94,10 +94,9 @@ def test_what_a_folder_leaves_out_is_said(infer, photos):
 
 @posix
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("after_s", [0.05, 0.12, 0.2, 0.3])
+@pytest.mark.parametrize("after_s", [0.02, 0.05, 0.12, 0.3])
 def test_a_signal_while_it_starts_ends_with_130(photos, tiny_path, sent, after_s):
-    code = "import sys; sys.stdout.write('.'); sys.stdout.flush(); "
-    code += "from footprints_edge.cli.start import infer; infer()"
+    code = "from footprints_edge.cli.start import infer; print(flush=True); infer()"
     os.mkfifo(photos / "never")
     process = subprocess.Popen(
         [sys.executable, "-c", code, "never", "--model", str(tiny_path)],
