@@ -1,5 +1,6 @@
 """The onnxruntime engine. The only module that imports onnxruntime."""
 
+import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -7,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from threading import Lock
 from typing import Any
+from weakref import WeakSet
 
 import onnxruntime as ort
 
@@ -16,6 +18,25 @@ from footprints_edge.foundation.types import Floats, Rgb
 from footprints_edge.model_files.read import read_model_file
 
 _CPU = "CPUExecutionProvider"
+
+
+_loaded: "WeakSet[OnnxRuntimeEngine]" = WeakSet()
+
+
+def _never_end_sessions() -> None:
+    """For a forked process, which lacks the threads of the sessions that it inherits.
+
+    It can run them, on one thread; but to end one would be to wait for its threads for ever, and
+    Python ends them all when the process ends.
+    """
+    import ctypes
+
+    for engine in _loaded:
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(engine._session._sess))
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_never_end_sessions)
 
 
 class OnnxRuntimeEngine:
@@ -68,6 +89,7 @@ class OnnxRuntimeEngine:
                 "damaged, not an ONNX model, or made for a newer onnxruntime than "
                 f"{ort.__version__}; fetch or convert it again. onnxruntime says: {error}"
             ) from error
+        _loaded.add(self)
         self.providers: tuple[str, ...] = tuple(self._session.get_providers())
         if wanted and self.providers[0] != wanted[0]:  # onnxruntime only logs this fallback
             raise ModelError(
