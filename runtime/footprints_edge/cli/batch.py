@@ -28,6 +28,7 @@ class Batch:
         kept: Existing outputs that are kept.
         failures: One message for each picture or video that failed.
         notes: What the user should know, though nothing failed.
+        model_failed: Whether the model was why a picture failed.
     """
 
     tasks: list[Task] = field(default_factory=list)
@@ -35,6 +36,7 @@ class Batch:
     kept: list[Path] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    model_failed: bool = False
 
 
 def plan(

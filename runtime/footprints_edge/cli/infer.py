@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from footprints_edge.cli.exit_codes import HELP, SOME_FAILED, VersionOption, complain, explained
+from footprints_edge.cli.exit_codes import (
+    HELP,
+    MODEL_PROBLEM,
+    SOME_FAILED,
+    VersionOption,
+    complain,
+    explained,
+)
 
 if TYPE_CHECKING:
     from footprints_edge.cli.batch import Batch
@@ -268,7 +275,7 @@ def _close(batch: "Batch", *, quiet: bool) -> None:
         complain(f"{len(batch.failures)} of {batch.total} failed:")
         for failure in batch.failures:
             complain(f"  {failure}")
-        raise typer.Exit(SOME_FAILED)
+        raise typer.Exit(MODEL_PROBLEM if batch.model_failed else SOME_FAILED)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from footprints_edge.cli.batch import Batch, Task
 from footprints_edge.cli.exit_codes import complain, name_file
 from footprints_edge.cli.progress import ProgressLine, bar
-from footprints_edge.errors import FootprintsError, ImageError
+from footprints_edge.errors import FootprintsError, ImageError, ModelError
 from footprints_edge.inputs.images import MAX_BYTES
 from footprints_edge.outputs.writers import write
 
@@ -40,6 +40,7 @@ def infer_images(
         except FootprintsError as error:
             line = ""
             batch.failures.append(_named(error, task))
+            batch.model_failed |= isinstance(error, ModelError)
         except Exception as error:  # no error may stop the other pictures
             line = ""
             reason = f"{type(error).__name__}: {error}"

@@ -102,7 +102,7 @@ class Tracker:
             "visible_depth_m": (flow_xy, unchanged),
             "unmasked_ground_depth_m": (ground_xy, ground_unchanged),
         }
-        smoothed = {}
+        smoothed: dict[str, Floats] = {}
         for name, (previous_xy, where) in moved.items():
             if not now.has(name):  # the model file lacks it
                 continue
@@ -113,7 +113,7 @@ class Tracker:
                 warped = warped / depth_ratio
             blend = _blend_depth if name.endswith("_m") else _blend
             smoothed[name] = blend(getattr(now, name), warped, where)
-        return now.with_maps(**smoothed)
+        return now.with_maps(laid_onto=None, **smoothed)
 
     def _warp(self, values: NDArray[Any], previous_xy: Floats) -> Floats:
         """Samples previous values at pixels (h, w, 2); NaN outside the picture."""

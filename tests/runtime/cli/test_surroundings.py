@@ -7,8 +7,14 @@ import subprocess
 import sys
 import time
 
+import numpy as np
+import onnx
 import pytest
+from onnx import TensorProto, helper, numpy_helper
 from PIL import Image
+from typer.testing import CliRunner
+
+from footprints_edge.cli.infer import app
 
 COMMAND = [sys.executable, "-m", "footprints_edge"]
 posix = pytest.mark.skipif(sys.platform == "win32", reason="POSIX shells and signals")
@@ -109,3 +115,59 @@ def test_a_signal_while_it_starts_ends_with_130(photos, tiny_path, sent, after_s
     process.send_signal(sent)
     _, errors = process.communicate(timeout=30)
     assert (process.returncode, errors) == (130, b"")
+
+
+def test_a_model_that_gives_no_maps_is_a_problem_of_the_model(photos, tmp_path, metadata):
+    values = numpy_helper.from_array(np.float32(np.nan), "nan")
+    graph = helper.make_graph(
+        [
+            helper.make_node("Cast", ["image"], ["float"], to=TensorProto.FLOAT),
+            helper.make_node("Transpose", ["float"], ["planes"], perm=[0, 3, 1, 2]),
+            helper.make_node("Concat", ["planes", "planes"], ["six"], axis=1),
+            helper.make_node("Slice", ["six", "begin", "end", "axis"], ["four"]),
+            helper.make_node("Mul", ["four", "nan"], ["maps"]),
+        ],
+        "nan",
+        [helper.make_tensor_value_info("image", TensorProto.UINT8, [1, "H", "W", 3])],
+        [helper.make_tensor_value_info("maps", TensorProto.FLOAT, [1, 4, "H", "W"])],
+        [values]
+        + [
+            numpy_helper.from_array(np.array([n]), k)
+            for k, n in zip(("begin", "end", "axis"), (0, 4, 1), strict=True)
+        ],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=10)
+    helper.set_model_props(model, metadata.to_props())
+    onnx.save(model, tmp_path / "nan.onnx")
+    result = CliRunner().invoke(app, [str(photos / "a.png"), "--model", str(tmp_path / "nan.onnx")])
+    assert result.exit_code == 3
+    assert "values from nan to nan" in result.stderr
+
+
+@pytest.mark.parametrize(
+    "option", ["--no-flatten", "--engine=onnxruntime", "--provider=CPUExecutionProvider"]
+)
+def test_what_python_can_choose_the_command_can(option, infer, photos):
+    assert infer(photos / "a.png", "--format", "json", option).exit_code == 0
+
+
+def test_an_unknown_engine_is_a_problem_of_the_model(infer, photos):
+    result = infer(photos / "a.png", "--engine", "other")
+    assert (result.exit_code, "'other' is unknown" in result.stderr) == (3, True)
+
+
+def test_a_folder_of_videos_gives_its_videos(infer, tmp_path, clip):
+    (tmp_path / "videos").mkdir()
+    for name in ("a.avi", "b.avi"):
+        (tmp_path / "videos" / name).write_bytes(clip.read_bytes())
+    result = infer(tmp_path / "videos", "--format", "json", "--every", "10")
+    assert (result.exit_code, len(result.stdout.split())) == (0, 2)
+
+
+@pytest.mark.parametrize("name", ["infer", "models", "export", "train", "bench"])
+def test_every_command_has_help_and_a_version(name):
+    for word, said in (("-h", b"Usage:"), ("--version", b"footprints-edge ")):
+        code = f"import sys; sys.argv = ['fp', '{word}']; "
+        code += f"from footprints_edge.cli import start; start.{name}()"
+        result = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+        assert said in result.stdout
