@@ -28,7 +28,7 @@ class Batch:
         kept: Existing outputs that are kept.
         failures: One message for each picture or video that failed.
         notes: What the user should know, though nothing failed.
-        model_failed: Whether the model was why a picture failed.
+        model_failures: Number of pictures that failed because of the model.
     """
 
     tasks: list[Task] = field(default_factory=list)
@@ -36,7 +36,7 @@ class Batch:
     kept: list[Path] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    model_failed: bool = False
+    model_failures: int = 0
 
 
 def plan(

@@ -275,7 +275,8 @@ def _close(batch: "Batch", *, quiet: bool) -> None:
         complain(f"{len(batch.failures)} of {batch.total} failed:")
         for failure in batch.failures:
             complain(f"  {failure}")
-        raise typer.Exit(MODEL_PROBLEM if batch.model_failed else SOME_FAILED)
+        always = batch.model_failures == len(batch.tasks) > 0  # it is not the pictures
+        raise typer.Exit(MODEL_PROBLEM if always else SOME_FAILED)
 
 
 if __name__ == "__main__":

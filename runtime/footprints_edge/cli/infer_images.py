@@ -40,7 +40,7 @@ def infer_images(
         except FootprintsError as error:
             line = ""
             batch.failures.append(_named(error, task))
-            batch.model_failed |= isinstance(error, ModelError)
+            batch.model_failures += isinstance(error, ModelError)
         except Exception as error:  # no error may stop the other pictures
             line = ""
             reason = f"{type(error).__name__}: {error}"

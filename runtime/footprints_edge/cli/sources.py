@@ -65,10 +65,13 @@ def folder_of_videos(named: str, *, recursive: bool = False) -> list[str]:
     Our own overlays are not among them.
     """
     path = Path(named)
-    if is_video(named) or not path.is_dir():
+    try:
+        if is_video(named) or not path.is_dir():
+            return [named]
+        files = sorted(path.rglob("*") if recursive else path.iterdir())
+        shown = [each for each in files if not each.name.startswith(".") and each.is_file()]
+    except OSError:  # said when it is read
         return [named]
-    files = sorted(path.rglob("*") if recursive else path.iterdir())
-    shown = [each for each in files if not each.name.startswith(".") and each.is_file()]
     if any(each.suffix.lower() in readable_suffixes() for each in shown):
         return [named]
     videos = [str(each) for each in shown if is_video(str(each))]
