@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
 import numpy as np
-from PIL import Image, features
+from PIL import Image
 from PIL.ExifTags import IFD, Base
 
 from footprints_edge.errors import ImageError
@@ -262,17 +262,19 @@ def _decoded(
 def _opened(data: bytes, label: str) -> Image.Image:
     if not data:
         raise ImageError(f"{label} is empty (0 bytes)")
-    if is_heif(data) and not reads_heif():
+    heif, avif = is_heif(data), is_avif(data)
+    if heif and not reads_heif():
         raise ImageError(
             f"{label} is a HEIC picture; install the package that reads it: pip install "
             "pillow-heif, or convert it to JPEG"
         )
-    if is_avif(data) and not reads_avif():
+    if avif and not reads_avif():
         raise ImageError(f"{label} is an AVIF picture, which this Pillow lacks; convert it to JPEG")
     try:
         if data.startswith(b"\xff\xd8"):  # Image.open has a limit of its own, of full size
             return _jpeg(io.BytesIO(data))
-        return Image.open(io.BytesIO(data), formats=_formats())
+        formats = FORMATS + ("HEIF",) * heif + ("AVIF",) * avif
+        return Image.open(io.BytesIO(data), formats=formats)
     except Image.DecompressionBombError as error:
         raise ImageError(f"{label}: {error}; scale it down first") from error
     except Exception as error:  # Pillow's plugins raise almost anything on hostile headers
@@ -301,12 +303,9 @@ def reads_heif() -> bool:
 @cache
 def reads_avif() -> bool:
     """Whether AVIF pictures can be read: this Pillow was built with them."""
+    from PIL import features
+
     return bool(features.check("avif"))
-
-
-def _formats() -> tuple[str, ...]:
-    heif = ("HEIF",) if reads_heif() else ()
-    return FORMATS + heif + (("AVIF",) if reads_avif() else ())
 
 
 def _stored_end_last(picture: DecodedImage) -> Rgb:
