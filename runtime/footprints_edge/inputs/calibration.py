@@ -16,7 +16,7 @@ from footprints_edge.errors import IntrinsicsError
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.inputs.images import MAX_SIDE, DecodedImage
 
 DistortionModel: TypeAlias = Literal["plumb_bob", "rational_polynomial", "equidistant"]
 
@@ -151,6 +151,10 @@ def _parsed(text: str) -> Calibration:
         raise IntrinsicsError(
             "a calibration needs image_width, image_height, camera_matrix (3 x 3) and "
             "distortion_coefficients, as ROS's camera_calibration or OpenCV write them"
+        )
+    if not all(0.5 < side <= MAX_SIDE for side in (width, height)):
+        raise IntrinsicsError(
+            f"the pictures of a calibration cannot be {width:g} x {height:g} pixels"
         )
     coefficients = distortion.ravel()
     if name in _FISHEYE or fisheye:
