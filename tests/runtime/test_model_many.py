@@ -52,6 +52,15 @@ def test_many_pictures_are_taken_as_they_are_needed(tiny, picture):
     assert len(taken) < 12
 
 
+def test_a_pose_that_is_known_holds_for_all(tiny, picture, clip):
+    pose = {"camera_height_m": np.float32(1.25), "pitch_deg": 12, "roll_deg": -3}
+    (many,) = tiny.predict_many([picture], **pose)
+    frame = next(tiny.stream(clip, smooth=True, **pose))
+    for plane in (many.ground_plane(), frame.prediction.ground_plane()):
+        found = (plane.camera_height_m, plane.pitch_deg, plane.roll_deg)
+        assert found == pytest.approx((1.25, 12, -3))
+
+
 def test_workers_are_positive(tiny):
     with pytest.raises(ValueError, match="workers"):
         tiny.predict_many([], workers=0)

@@ -91,8 +91,11 @@ def run_pipeline(
     decoder = _Decoder(video, stats)
     predictors: _Predictors[MapsT] = _Predictors(decoder, predict, at_once)
     writer = _Writer(sinks)
+    item: tuple[VideoFrame, Future[MapsT] | None] | None = None
+    finished: VideoFrame | None = None
 
     def finish(frame: VideoFrame, future: Future[MapsT] | None) -> None:
+        nonlocal finished
         try:
             if future is None:
                 raise VideoError("cannot be decoded")
@@ -102,8 +105,10 @@ def run_pipeline(
         except FootprintsError as error:
             stats.broken += 1
             stats.reason = stats.reason or f"frame {frame.index}: {error}"
+            finished = frame
             return
         writer.write(frame, prediction)
+        finished = frame
         stats.frames += 1
         stats.seconds = perf_counter() - start_s
         progress(stats)
@@ -117,6 +122,8 @@ def run_pipeline(
     except KeyboardInterrupt:
         stats.interrupted = True
         predictors.stop()
+        if item is not None and item[0] is not finished:  # Ctrl-C came between
+            finish(*item)
         while (item := predictors.next()) is not None:
             finish(*item)
         ending = "interrupted"
@@ -196,6 +203,7 @@ class _Predictors(_Stage, Generic[MapsT]):
         self._pool = ThreadPoolExecutor(at_once, thread_name_prefix="predict")
         self._free = Semaphore(at_once)
         self._pending: Queue[tuple[VideoFrame, Future[MapsT] | None] | None] = Queue()
+        self._next: tuple[VideoFrame, Future[MapsT] | None] | None = None
 
     def work(self) -> None:
         try:
@@ -209,12 +217,15 @@ class _Predictors(_Stage, Generic[MapsT]):
     def next(self) -> tuple[VideoFrame, Future[MapsT] | None] | None:
         """Waits for the prediction of the next frame; None after the last one.
 
-        A frame that could not be decoded has no prediction.
+        A frame that could not be decoded has no prediction. A wait that Ctrl-C ends loses none.
         """
-        item = self._pending.get()
+        if self._next is None:
+            self._next = self._pending.get()
+        item, future = self._next, self._next and self._next[1]
+        if future is not None:
+            wait([future])
+        self._next = None
         if item is not None:
-            if item[1] is not None:
-                wait([item[1]])
             self._free.release()
         return item
 

@@ -9,6 +9,7 @@ import pytest
 from videos import shade
 
 from footprints_edge.errors import ModelError, VideoError
+from footprints_edge.video import pipeline
 from footprints_edge.video.capture import Video, VideoFrame, open_video
 from footprints_edge.video.pipeline import QUEUE_SIZE, run_pipeline
 
@@ -173,6 +174,26 @@ def test_begun_frames_are_written_when_the_video_is_interrupted():
     assert stats.interrupted
     assert sink.indices == sorted(begun)
     assert len(begun) < 20
+
+
+@pytest.mark.parametrize("during", ["wait", "then"])
+def test_the_frame_at_which_ctrl_c_comes_is_written(during, monkeypatch):
+    calls = []
+
+    def interrupted(value, **_):
+        calls.append(value)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return value
+
+    if during == "wait":
+        monkeypatch.setattr(pipeline, "wait", interrupted)
+    sink = Collector()
+    then = interrupted if during == "then" else None
+    stats = run_pipeline(source(map(numbered, range(100))), number_of, [sink], then=then)
+    assert stats.interrupted
+    assert sink.indices == list(range(stats.frames))
+    assert stats.frames >= 3
 
 
 def test_a_file_waits_for_a_slow_consumer():
