@@ -6,13 +6,16 @@
 
 import json
 import math
+import os
 import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import onnxruntime
 from PIL import Image, ImageOps
+
+os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
+import onnxruntime
 
 FILTERS = {"lanczos": Image.Resampling.LANCZOS, "bilinear": Image.Resampling.BILINEAR}
 
@@ -45,15 +48,13 @@ source = Path(sys.argv[2])
 if source.is_dir():
     for entry in json.loads((source / "vectors.json").read_text())["vectors"]:
         image, camera = Image.open(source / entry["files"]["image"]), entry["image_intrinsics_px"]
-        out = Path(sys.argv[3], entry["name"])
-        out.mkdir(parents=True, exist_ok=True)
-        size = entry["network_size_px"]
-        for name, array in find_ground(image, camera["fx"], camera["fy"], size).items():
+        (out := Path(sys.argv[3], entry["name"])).mkdir(parents=True, exist_ok=True)
+        fx, fy, size = camera["fx"], camera["fy"], entry["network_size_px"]
+        for name, array in find_ground(image, fx, fy, size).items():
             np.save(out / f"{name}.npy", array)
 else:
     image = ImageOps.exif_transpose(Image.open(source)).convert("RGB")
     focal = max(image.size) / 2 / math.tan(math.radians(30))  # 60 degrees along the longer side
-    size = (256, 448) if image.width > image.height else (448, 256)
-    found = find_ground(image, focal, focal, size)
+    found = find_ground(image, focal, focal, (256, 448)[:: 1 if image.width > image.height else -1])
     Image.fromarray(found["ground"]).resize(image.size).save("ground.png")
     np.save("ground_depth_m.npy", found["ground_depth_m"])

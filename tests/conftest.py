@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import os
 import platform
 from pathlib import Path
 
@@ -12,6 +13,9 @@ from tiny_metadata import TINY
 
 from footprints_edge.cli.doctor import cpu_flags
 from footprints_edge.model_files.metadata import ModelMetadata
+
+# Tests of single modules may import onnxruntime before footprints_edge.
+os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")

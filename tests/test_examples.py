@@ -48,7 +48,7 @@ def differing(vectors, outputs):
 
 def test_the_minimal_program_is_short_and_needs_three_packages():
     text = (EXAMPLES / "embed_minimal.py").read_text()
-    assert len(text.splitlines()) < 60
+    assert len(text.splitlines()) <= 60
     imports = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Import | ast.ImportFrom)]
     names = {getattr(n, "module", None) or n.names[0].name for n in imports}
     assert names - set(sys.stdlib_module_names) == {"numpy", "onnxruntime", "PIL"}

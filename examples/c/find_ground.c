@@ -6,6 +6,8 @@
    are the network's. OUT_DIR, which must be there, gets masks and metres as NumPy files, by the
    names of fp-export's test vectors. */
 
+#define _POSIX_C_SOURCE 200112L /* setenv */
+
 #include <math.h>
 #include <onnxruntime_c_api.h>
 #include <stdint.h>
@@ -76,6 +78,8 @@ int main(int count, char **words) {
     int h = atoi(words[6]), w = atoi(words[7]), height, width;
     uint8_t *rgb = read_ppm(words[2], &height, &width);
 
+    /* onnxruntime reports to its maker unless this is set before it starts; 0 lets it */
+    setenv("ORT_DISABLE_TELEMETRY", "1", 0);
     ort = OrtGetApiBase()->GetApi(ORT_API_VERSION);
     if (!ort) fail("the onnxruntime library is older than its header");
     OrtEnv *env;

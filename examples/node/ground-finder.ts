@@ -1,6 +1,7 @@
 /** A model file in onnxruntime-node: picture in, maps out. The arithmetic is the web page's. */
 
 import { readFile } from "node:fs/promises";
+import "./no-telemetry"; // before onnxruntime, which reads it when it starts
 import { InferenceSession, Tensor } from "onnxruntime-node";
 import { scaledCamera, type Intrinsics } from "../web/src/core/camera";
 import { readMaps, THRESHOLD, type Maps } from "../web/src/core/maps";

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained
+from footprints_edge.cli.exit_codes import HELP, SOME_FAILED, VersionOption, complain, explained
 from footprints_edge.foundation.size_text import parse_size
 from footprints_edge.foundation.types import Size
 
@@ -19,8 +19,13 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    add_completion=False,
+    context_settings=HELP,
 )
+
+
+@app.callback()
+def _root(_version: VersionOption = False) -> None:
+    """Turn a trained network into a verified model file."""
 
 
 class ArchitectureName(StrEnum):

@@ -8,6 +8,7 @@
 The public names load on first use, so ``import footprints_edge`` is cheap.
 """
 
+import os
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,11 @@ if TYPE_CHECKING:
     from footprints_edge.navigation.range_scan import RangeScan as RangeScan
     from footprints_edge.prediction import Prediction as Prediction
     from footprints_edge.video.smoothing import Tracker as Tracker
+
+# onnxruntime reports to its maker and keeps a device id in the home folder unless this is set
+# before it is imported. Whoever sets it to 0 has chosen.
+if not os.environ.get("ORT_DISABLE_TELEMETRY"):
+    os.environ["ORT_DISABLE_TELEMETRY"] = "1"
 
 _PUBLIC = {
     "errors": (

@@ -1,10 +1,12 @@
 """Load a model and predict with it: the stages, in order."""
 
-from collections.abc import Callable, Sequence
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from footprints_edge.engines.engine import Engine
 from footprints_edge.engines.open_engine import open_engine
@@ -27,6 +29,10 @@ from footprints_edge.model_files import registry
 from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge.prediction import Prediction
 
+if TYPE_CHECKING:
+    from footprints_edge.parallel.in_order import PredictionIterator
+    from footprints_edge.video.stream import StreamedFrame
+
 Camera: TypeAlias = Intrinsics | Calibration | Callable[[Size], Intrinsics]
 """A camera in pixels of the upright picture, a calibrated lens, or a function from the picture's
 (H, W) to a camera."""
@@ -35,13 +41,18 @@ Camera: TypeAlias = Intrinsics | Calibration | Callable[[Size], Intrinsics]
 class Model:
     """A loaded model. It keeps no state between calls, so many threads may share it."""
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: Engine, reload: "Callable[[], Model] | None" = None) -> None:
         """Reads the metadata of a loaded file.
+
+        Args:
+            engine: The engine with the file.
+            reload: Loads the same file again, in another process, say; it can be pickled.
 
         Raises:
             ModelError: If the metadata is missing, or names an unknown filter or a bad input size.
         """
         self.engine = engine
+        self._reload = reload
         self.metadata = ModelMetadata.from_props(engine.props, engine.path)
         if self.metadata.resize not in FILTERS:
             raise ModelError(
@@ -53,6 +64,15 @@ class Model:
                 f"{engine.path} has the fixed input size {engine.input_size}; both sides must be "
                 f"multiples of {STRIDE}; convert it again"
             )
+
+    def __repr__(self) -> str:
+        return f"<Model {self.name}, {self.metadata.precision}, {self.path}>"
+
+    def __reduce__(self) -> "tuple[Callable[[], Model], tuple[()]]":
+        """Pickles the path, not the weights: whoever unpickles it loads the same file again."""
+        if self._reload is None:
+            raise TypeError("this model was not made by load(), so it cannot be loaded again")
+        return self._reload, ()
 
     @property
     def path(self) -> Path:
@@ -124,6 +144,7 @@ class Model:
             ModelError: If the network fails to run.
             ValueError: If the threshold is not between 0 and 1.
         """
+        threshold = float(threshold)
         if not 0 <= threshold <= 1:
             raise ValueError(f"threshold is {threshold}; it is a probability: give 0 to 1")
         if not (
@@ -165,32 +186,169 @@ class Model:
         }
         return prediction
 
+    __call__ = predict
+
+    def predict_many(
+        self,
+        images: Iterable[ImageSource],
+        *,
+        workers: int | None = None,
+        intrinsics: Camera | None = None,
+        threshold: float = 0.5,
+        flatten: bool = True,
+        camera_height_m: float | None = None,
+        pitch_deg: float | None = None,
+        roll_deg: float | None = None,
+        gravity: Sequence[float] | None = None,
+    ) -> "PredictionIterator[Prediction]":
+        """Finds the ground in many pictures, several at a time.
+
+        Args:
+            images: The pictures, each as for `predict`; taken one after the other as they are
+                needed, so there may be any number.
+            workers: Pictures at a time; None means 2, which decodes one while the network sees
+                another. On many cores, `load(threads=1)` and as many workers as cores is fastest.
+            intrinsics: As for `predict`.
+            threshold: As for `predict`.
+            flatten: As for `predict`.
+            camera_height_m: As for `predict`.
+            pitch_deg: As for `predict`.
+            roll_deg: As for `predict`.
+            gravity: As for `predict`.
+
+        Returns:
+            An iterator over the predictions in the order of the pictures. A picture that fails
+            raises its error when its turn comes; the next call of `next` goes on after it.
+
+        Raises:
+            ValueError: If the number of workers is not positive.
+        """
+        from footprints_edge.parallel.in_order import PredictionIterator
+
+        predict = partial(
+            self.predict,
+            intrinsics=intrinsics,
+            threshold=threshold,
+            flatten=flatten,
+            camera_height_m=camera_height_m,
+            pitch_deg=pitch_deg,
+            roll_deg=roll_deg,
+            gravity=gravity,
+        )
+        return PredictionIterator(predict, images, 2 if workers is None else workers)
+
+    def stream(
+        self,
+        source: str | os.PathLike[str],
+        *,
+        every: int = 1,
+        max_fps: float | None = None,
+        smooth: bool = False,
+        workers: int | None = None,
+        intrinsics: Camera | None = None,
+        threshold: float = 0.5,
+        flatten: bool = True,
+        camera_height_m: float | None = None,
+        pitch_deg: float | None = None,
+        roll_deg: float | None = None,
+        gravity: Sequence[float] | None = None,
+    ) -> "Iterator[StreamedFrame[Prediction]]":
+        """Finds the ground in every frame of a video, camera or stream (extra `video`).
+
+        Decoding, inference and your own code run at the same time. A camera or stream drops frames
+        that come faster than they are taken; a file waits. Leaving the loop, or `close()` of the
+        iterator, closes the source.
+
+        Args:
+            source: A video file, `camera:0`, or `rtsp://…`.
+            every: Process every Nth frame.
+            max_fps: Process at most this many frames per second of the video's time.
+            smooth: Smooth the maps over time, as `Tracker` does.
+            workers: Frames to predict at a time; None means 1. With `load(threads=1)`, as many as
+                cores are fastest.
+            intrinsics: As for `predict`.
+            threshold: As for `predict`.
+            flatten: As for `predict`.
+            camera_height_m: As for `predict`.
+            pitch_deg: As for `predict`.
+            roll_deg: As for `predict`.
+            gravity: As for `predict`.
+
+        Yields:
+            Frames in order, with `index`, `time_s` and `prediction`. Broken ones are left out.
+
+        Raises:
+            VideoError: If the source cannot be opened, ends in an error, or OpenCV is missing.
+        """
+        from footprints_edge.video.capture import Pace, open_video
+        from footprints_edge.video.smoothing import Tracker
+        from footprints_edge.video.stream import stream_video
+
+        predict = partial(
+            self.predict,
+            intrinsics=intrinsics,
+            threshold=threshold,
+            flatten=flatten,
+            camera_height_m=camera_height_m,
+            pitch_deg=pitch_deg,
+            roll_deg=roll_deg,
+            gravity=gravity,
+        )
+        return stream_video(
+            open_video(os.fspath(source), Pace(every, max_fps)),
+            lambda rgb: predict(DecodedImage(rgb)),
+            then=Tracker().update if smooth else None,
+            at_once=1 if workers is None else workers,
+        )
+
 
 def load(
-    model: str | Path | None = None,
+    model: str | os.PathLike[str] | None = None,
     *,
     threads: int | None = None,
-    providers: Sequence[str] | None = None,
+    providers: Sequence[str | tuple[str, Mapping[str, Any]]] | None = None,
     engine: str = "onnxruntime",
+    session_options: Mapping[str, str] | None = None,
 ) -> Model:
     """Loads a model.
 
     Args:
         model: A registered name, the path of an ONNX file, or None for the bundled default.
         threads: Threads for one prediction; None means all cores that this process may use.
-        providers: onnxruntime execution providers in order of preference; None means CPU.
+        providers: onnxruntime execution providers in order of preference; None means CPU. One with
+            options is a pair, such as `("CUDAExecutionProvider", {"device_id": 1})`.
         engine: `onnxruntime`, `openvino` (the extra `openvino`), or a package that plugs an
             execution provider into onnxruntime, such as `onnxruntime-ep-openvino`. There is no
             fallback to another engine. `Prediction.model.runtime` says which one ran.
+        session_options: Configuration entries of onnxruntime's session, such as
+            `{"session.intra_op.allow_spinning": "0"}`.
 
     Raises:
         ModelError: If the model is unknown, damaged or not a footprints-edge file, or if a
             provider or engine is not available.
     """
-    path = registry.resolve(model)
-    opened = open_engine(path, engine, threads=threads, providers=providers)
-    registry.check(path, opened.sha256)
-    return Model(opened)
+    path = registry.resolve(None if model is None else os.fspath(model))
+    opened = open_engine(
+        path, engine, threads=threads, providers=providers, session_options=session_options
+    )
+    again = partial(
+        _load_again,
+        path.absolute(),
+        opened.sha256,
+        threads=threads,
+        providers=providers,
+        engine=engine,
+        session_options=session_options,
+    )
+    return Model(opened, again)
+
+
+def _load_again(path: Path, sha256: str, **options: Any) -> Model:  # noqa: ANN401 - those of load
+    """Loads a file that must be the same still."""
+    model = load(path, **options)
+    if model.sha256 != sha256:
+        raise ModelError(f"{path} is another file than when the model was pickled")
+    return model
 
 
 def _pose_of(
@@ -215,7 +373,13 @@ def _camera_of(
     if isinstance(given, Intrinsics):
         return given
     if given is not None:
-        return given(image.size)
+        camera = given(image.size)
+        if not isinstance(camera, Intrinsics):
+            raise IntrinsicsError(
+                f"the function for intrinsics gave a {type(camera).__name__}; it must return "
+                "fp.Intrinsics(fx, fy, cx, cy)"
+            )
+        return camera
     if image.focal_35mm is not None:
         return Intrinsics.from_focal_35mm(image.focal_35mm, image.size)
     return Intrinsics.assumed(image.size)

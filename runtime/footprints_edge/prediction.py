@@ -48,7 +48,7 @@ class Prediction(GroundMaps):
 
         Raises:
             GroundPlaneError: If there is no ground plane.
-            ValueError: If a size is not positive, the range is more than 5000 cells, or the robot
+            ValueError: If a size is not positive, the range is more than 1500 cells, or the robot
                 is not higher than a step.
         """
         from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
@@ -69,7 +69,7 @@ class Prediction(GroundMaps):
 
         Raises:
             GroundPlaneError: If there is no ground plane.
-            ValueError: If a size is not positive, or the range is more than 5000 cells.
+            ValueError: If a size is not positive, or the range is more than 1500 cells.
         """
         from footprints_edge.navigation.occupancy_grid import make_walkable_grid
 

@@ -169,7 +169,7 @@ def tiny_model(metadata):
     """The function that makes a tiny model of the contract, for tests to bend."""
 
     def make(size=("H", "W"), bias=(0.1, 0.2, 0.3, 0.4), props=None):
-        weights = np.full((4, 3, 1, 1), 1 / 1024, np.float32)
+        weights = np.full((4, 3, 1, 1), 3 / 4096, np.float32)
         graph = onnx.helper.make_graph(
             [
                 onnx.helper.make_node("Cast", ["image"], ["float"], to=TensorProto.FLOAT),

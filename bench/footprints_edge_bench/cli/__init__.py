@@ -2,6 +2,7 @@
 
 import typer
 
+from footprints_edge.cli.exit_codes import HELP, VersionOption
 from footprints_edge_bench.cli.accuracy import accuracy_command
 from footprints_edge_bench.cli.flicker import flicker_command
 from footprints_edge_bench.cli.known_pose import known_pose_command
@@ -22,8 +23,15 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    add_completion=False,
+    context_settings=HELP,
 )
+
+
+@app.callback()
+def _root(_version: VersionOption = False) -> None:
+    """Measure the accuracy and speed of footprints-edge models."""
+
+
 app.command("accuracy")(accuracy_command)
 app.command("planning")(planning_command)
 app.command("occupancy")(occupancy_command)

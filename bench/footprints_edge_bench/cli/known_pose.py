@@ -23,8 +23,9 @@ def known_pose_command(
     held_out: HeldOut = False,
     every: Every = 1,
 ) -> None:
-    """Score the depth of hidden ground with nothing known of the camera, its height, angles, all.
+    """Score hidden ground by what is known of the pose.
 
+    That is: its depth, with nothing given, the camera's height, its angles, and all of them.
     The intrinsics are the true ones. Prints a table as Markdown.
 
     Exit codes: 0 done, 2 usage error, 3 model problem.

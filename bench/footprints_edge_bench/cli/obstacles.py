@@ -21,9 +21,10 @@ def obstacles_command(
     held_out: HeldOut = False,
     every: Every = 1,
 ) -> None:
-    """Compare the distance to the nearest obstacle, by bearing, with measured depth.
+    """Score the distance to the nearest obstacle by bearing.
 
-    The camera's intrinsics are the true ones, its pose is not given. Prints a table as Markdown.
+    Measured depth is the truth. The camera's intrinsics are the true ones, its pose is not given.
+    Prints a table as Markdown.
 
     Exit codes: 0 done, 2 usage error, 3 model problem.
     """

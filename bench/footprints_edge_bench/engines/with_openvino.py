@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from footprints_edge.foundation.openvino import import_openvino
 from footprints_edge.foundation.types import Floats, Rgb
 from footprints_edge_bench.engines.backend import (
     Backend,
@@ -27,7 +28,7 @@ _PRECISIONS = {"u8": "int8", "i8": "int8", "f32": "float32", "bf16": "bfloat16",
 
 def open_with(backend: Backend, setting: BackendSetting) -> LoadedBackend:
     """Loads a backend; its precision is that of the graph that OpenVINO compiled."""
-    import openvino
+    openvino = import_openvino()
 
     core = openvino.Core()
     if backend.precision == "int8-nncf":
@@ -79,7 +80,8 @@ def _plain(facts: Any, key: str) -> object:  # noqa: ANN401
 def _quantized(backend: Backend, setting: BackendSetting) -> Path:
     """The float32 file quantized by NNCF, on the calibration images of our own int8."""
     import nncf
-    import openvino
+
+    openvino = import_openvino()
 
     source = setting.cache.onnx(backend.network, backend.size, "fp32-stock")
 

@@ -16,7 +16,8 @@ from footprints_edge.foundation.types import Rgb
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.model import Model, load
 from footprints_edge.prediction import Prediction
-from footprints_edge.video.capture import Pace, VideoFile, open_video
+from footprints_edge.video.capture import Pace, open_video
+from footprints_edge.video.file import VideoFile
 from footprints_edge.video.pipeline import VideoStats, run_pipeline
 from footprints_edge.video.sinks import open_sinks, video_paths
 from footprints_edge.video.smoothing import Tracker

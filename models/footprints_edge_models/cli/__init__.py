@@ -5,6 +5,7 @@ import sys
 
 import typer
 
+from footprints_edge.cli.exit_codes import HELP, VersionOption
 from footprints_edge_models.cli.ablations import ablations
 from footprints_edge_models.cli.assets import assets
 from footprints_edge_models.cli.calibrate import calibrate
@@ -21,12 +22,12 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    add_completion=False,
+    context_settings=HELP,
 )
 
 
 @app.callback()
-def _root() -> None:
+def _root(_version: VersionOption = False) -> None:
     """Train the networks of footprints-edge."""
 
 

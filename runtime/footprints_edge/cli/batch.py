@@ -4,8 +4,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from footprints_edge.cli.sources import InputImage, expand
+from footprints_edge.cli.sources import InputImage, expand, left_out
 from footprints_edge.errors import FootprintsError, OutputError
+from footprints_edge.foundation.real_path import real_path
 from footprints_edge.outputs.writers import Encoder, output_paths, refuse_overwriting
 
 
@@ -26,12 +27,16 @@ class Batch:
         total: Number of pictures and videos given, including finished ones.
         kept: Existing outputs that are kept.
         failures: One message for each picture or video that failed.
+        notes: What the user should know, though nothing failed.
+        model_failures: Number of pictures that failed because of the model.
     """
 
     tasks: list[Task] = field(default_factory=list)
     total: int = 0
     kept: list[Path] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    model_failures: int = 0
 
 
 def plan(
@@ -56,9 +61,10 @@ def plan(
     distinct: dict[tuple[Path | None, Path], InputImage] = {}
     for name in named:
         try:
+            batch.notes += filter(None, [left_out(name, recursive=recursive)])
             for source in expand(name, recursive=recursive):
-                path = source.path.resolve() if source.path else None
-                distinct.setdefault((path, _folder(source, output).resolve()), source)
+                path = real_path(source.path) if source.path else None
+                distinct.setdefault((path, real_path(_folder(source, output))), source)
         except (FootprintsError, OSError) as error:
             batch.total += 1
             batch.failures.append(str(error))

@@ -4,6 +4,8 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -39,6 +41,9 @@ def explained(extra: str | None = None) -> Iterator[None]:
         raise typer.Exit(USAGE) from None
     except KeyboardInterrupt:
         raise typer.Exit(INTERRUPTED) from None
+    except MemoryError:
+        complain("Error: there is not enough memory; give fewer threads or smaller inputs")
+        raise typer.Exit(SOME_FAILED) from None
     except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise typer.Exit(_BROKEN_PIPE) from None
@@ -52,6 +57,13 @@ def complain(message: str) -> None:
     typer.echo(message, err=True)
 
 
+def name_file(path: Path) -> None:
+    """Prints a file that was written; see `start.prepare_streams` for odd names."""
+    # `typer.echo` would take a stream of its own on an odd terminal
+    sys.stdout.write(f"{path}\n")
+    sys.stdout.flush()
+
+
 def show_version(wanted: bool) -> None:
     """Callback of --version: prints the version and ends the command."""
     if wanted:
@@ -59,3 +71,12 @@ def show_version(wanted: bool) -> None:
 
         typer.echo(f"footprints-edge {__version__}")
         raise typer.Exit
+
+
+HELP = {"help_option_names": ["-h", "--help"]}
+"""Settings of every command."""
+
+VersionOption = Annotated[
+    bool,
+    typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
+]

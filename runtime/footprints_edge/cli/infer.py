@@ -1,15 +1,20 @@
 """The command `fp-infer`: parses options and runs the model on pictures and videos."""
 
-import sys
 import warnings
 from functools import partial
-from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained, show_version
+from footprints_edge.cli.exit_codes import (
+    HELP,
+    MODEL_PROBLEM,
+    SOME_FAILED,
+    VersionOption,
+    complain,
+    explained,
+)
 
 if TYPE_CHECKING:
     from footprints_edge.cli.batch import Batch
@@ -17,7 +22,7 @@ if TYPE_CHECKING:
     from footprints_edge.model import Camera
     from footprints_edge.outputs.writers import Encoder
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = typer.Typer(context_settings=HELP, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 
 @app.command()
@@ -46,6 +51,17 @@ def infer(
     model: Annotated[
         str | None, typer.Option(help="Model file, or a name from fp-models list.")
     ] = None,
+    engine: Annotated[
+        str, typer.Option(help="onnxruntime, openvino, or a plug-in: onnxruntime-ep-….")
+    ] = "onnxruntime",
+    providers: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--provider",
+            help="Execution provider of onnxruntime, such as CUDAExecutionProvider; several in "
+            "order of preference. Default: the CPU.",
+        ),
+    ] = None,
     threads: Annotated[
         int | None,
         typer.Option(min=1, max=256, help="Number of threads. Default: one per usable core."),
@@ -53,6 +69,12 @@ def infer(
     threshold: Annotated[
         float, typer.Option(min=0, max=1, help="Probability above which a pixel counts as ground.")
     ] = 0.5,
+    flatten: Annotated[
+        bool,
+        typer.Option(
+            " /--no-flatten", help="Keep the network's depth of flat ground, off its plane."
+        ),
+    ] = True,
     fx: Annotated[float | None, typer.Option(help="Focal length along x, in pixels.")] = None,
     fy: Annotated[float | None, typer.Option(help="Focal length along y, in pixels.")] = None,
     cx: Annotated[
@@ -126,10 +148,7 @@ def infer(
     verbose: Annotated[
         bool, typer.Option("-v", "--verbose", help="Print one line per image.")
     ] = False,
-    _version: Annotated[
-        bool,
-        typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
-    ] = False,
+    _version: VersionOption = False,
 ) -> None:
     """Find the walkable ground in pictures and videos, seen and hidden, and its distance in metres.
 
@@ -139,6 +158,7 @@ def infer(
     with explained():
         from footprints_edge.cli.batch import plan
         from footprints_edge.cli.camera_options import CameraOptions
+        from footprints_edge.cli.sources import folder_of_videos
         from footprints_edge.model_files.registry import resolve
 
         warnings.filterwarnings("ignore", module=r"PIL\.")  # serious problems raise ImageError
@@ -151,6 +171,7 @@ def infer(
         extra = {".path.png": _path_encoder(path, margin)} if path else {}
         if bev and "overlay" in wanted:
             extra[".overlay.png"] = _overlay_with_bev
+        images = [part for name in images for part in folder_of_videos(name, recursive=recursive)]
         videos = _videos_among(images, raw)
         pictures = [name for name in images if name not in videos]
         if videos and path:
@@ -165,14 +186,16 @@ def infer(
         batch = plan(
             pictures, wanted, output, recursive=recursive, overwrite=overwrite, extra=extra
         )
+        how = {"threshold": threshold, "flatten": flatten, **camera.of_predict()}
         resolve(model)  # report a wrong name even if there is nothing to do
         if batch.tasks:
             from footprints_edge.cli.infer_images import infer_images
             from footprints_edge.model import load
 
-            loaded = load(model, threads=threads)
-            infer_images(batch, loaded, camera, threshold, quiet=quiet, verbose=verbose)
-            del loaded
+            loaded = load(model, threads=threads, providers=providers or None, engine=engine)
+            predict = partial(loaded.predict, **how)
+            infer_images(batch, predict, quiet=quiet, verbose=verbose)
+            del loaded, predict
         if videos:
             from footprints_edge.cli.infer_video import VideoOptions, infer_videos
             from footprints_edge.foundation.cores import usable_cores
@@ -188,15 +211,16 @@ def infer(
                 output,
                 overwrite=overwrite,
                 quiet=quiet,
+                lens_assumed=camera.intrinsics is None,
             )
-            infer_videos(videos, options, load(model, threads=1), camera, threshold, batch)
+            loaded = load(model, threads=1, providers=providers or None, engine=engine)
+            predict = partial(loaded.predict, **how)
+            infer_videos(videos, options, predict, batch)
         _close(batch, quiet=quiet)
 
 
 def main() -> None:
-    """Entry point of `fp-infer`."""
-    if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="surrogateescape")  # file names need not be valid UTF-8
+    """Runs `fp-infer`; see `start`."""
     app()
 
 
@@ -273,7 +297,9 @@ def _point(text: str) -> tuple[float, float]:
 
 
 def _close(batch: "Batch", *, quiet: bool) -> None:
-    """Reports kept and failed results, and sets the exit code."""
+    """Reports notes, kept and failed results, and sets the exit code."""
+    for note in () if quiet else batch.notes:
+        complain(f"Note: {note}")
     if batch.kept and not quiet:
         complain(
             f"Kept {len(batch.kept)} existing result(s), such as {batch.kept[0]}; "
@@ -283,8 +309,11 @@ def _close(batch: "Batch", *, quiet: bool) -> None:
         complain(f"{len(batch.failures)} of {batch.total} failed:")
         for failure in batch.failures:
             complain(f"  {failure}")
-        raise typer.Exit(SOME_FAILED)
+        always = batch.model_failures == len(batch.tasks) > 0  # it is not the pictures
+        raise typer.Exit(MODEL_PROBLEM if always else SOME_FAILED)
 
 
 if __name__ == "__main__":
-    main()
+    from footprints_edge.cli.start import start
+
+    start("footprints_edge.cli.infer")

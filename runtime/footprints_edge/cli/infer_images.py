@@ -1,26 +1,27 @@
 """The part of `fp-infer` for pictures."""
 
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
 from footprints_edge.cli.batch import Batch, Task
-from footprints_edge.cli.camera_options import CameraOptions, lens_warning
-from footprints_edge.cli.exit_codes import complain
+from footprints_edge.cli.camera_options import lens_warning
+from footprints_edge.cli.exit_codes import complain, name_file
 from footprints_edge.cli.progress import ProgressLine, bar
-from footprints_edge.errors import FootprintsError, ImageError
+from footprints_edge.errors import FootprintsError, ImageError, ModelError
+from footprints_edge.inputs.images import MAX_BYTES
+from footprints_edge.outputs.writers import write
 
 if TYPE_CHECKING:
-    from footprints_edge.model import Model
+    from collections.abc import Callable
+
+    from footprints_edge.inputs.images import ImageSource
     from footprints_edge.prediction import Prediction
 
 
 def infer_images(
     batch: Batch,
-    model: "Model",
-    camera: CameraOptions,
-    threshold: float,
+    predict: "Callable[[ImageSource], Prediction]",
     *,
     quiet: bool,
     verbose: bool,
@@ -33,42 +34,45 @@ def infer_images(
     warning = ""
     for done, task in enumerate(batch.tasks):
         progress.show(bar(done, len(batch.tasks), task.source.label))
+        written: list[Path] = []
+        lens = ""
         try:
-            prediction = _predict_and_write(task, model, camera, threshold)
+            prediction = predict(task.source.path or _standard_input())
+            lens = prediction.intrinsics.source
+            line = _summary_line(task, prediction) if verbose else ""
+            write(prediction, task.targets, written.append)
         except FootprintsError as error:
-            batch.failures.append(str(error))
-            continue
+            line = ""
+            batch.failures.append(_named(error, task))
+            batch.model_failures += isinstance(error, ModelError)
         except Exception as error:  # no error may stop the other pictures
+            line = ""
             reason = f"{type(error).__name__}: {error}"
             batch.failures.append(f"{task.source.label} cannot be processed: {reason}")
-            continue
+        else:
+            batch.notes += prediction.picture.notes
         progress.clear()
-        if not warning and not quiet:
-            warning = lens_warning(prediction.intrinsics.source)
-            if warning:
-                complain(warning)
-        if verbose:
-            complain(_summary_line(task, prediction))
-        for path in task.targets:
-            typer.echo(path)
+        if not (warning or quiet) and (warning := lens_warning(lens)):
+            complain(warning)
+        if line:
+            complain(line)
+        for path in written:
+            name_file(path)
     progress.clear()
 
 
-def _predict_and_write(
-    task: Task, model: "Model", camera: CameraOptions, threshold: float
-) -> "Prediction":
-    from footprints_edge.outputs.writers import write
-
-    image = task.source.path or _standard_input()
-    prediction = model.predict(image, threshold=threshold, **camera.of_predict())
-    write(prediction, task.targets)
-    return prediction
+def _named(error: FootprintsError, task: Task) -> str:
+    """The message, which names the picture."""
+    said = str(error)
+    return said if task.source.label in said else f"{task.source.label}: {said}"
 
 
 def _standard_input() -> bytes:
-    data = sys.stdin.buffer.read() if sys.stdin else b""
+    data = sys.stdin.buffer.read(MAX_BYTES + 1) if sys.stdin else b""
     if not data:
         raise ImageError("standard input is empty; pipe a picture into it")
+    if len(data) > MAX_BYTES:
+        raise ImageError(f"standard input: larger than {MAX_BYTES} bytes; is it a picture?")
     return data
 
 

@@ -1,6 +1,5 @@
 """The part of `fp-infer` for videos, cameras and pipes."""
 
-import signal
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -10,18 +9,19 @@ from typing import TYPE_CHECKING
 import typer
 
 from footprints_edge.cli.batch import Batch
-from footprints_edge.cli.camera_options import CameraOptions, lens_warning
-from footprints_edge.cli.exit_codes import INTERRUPTED, complain
+from footprints_edge.cli.camera_options import lens_warning
+from footprints_edge.cli.exit_codes import INTERRUPTED, complain, name_file
 from footprints_edge.cli.progress import ProgressLine
 from footprints_edge.errors import FootprintsError, OutputError
+from footprints_edge.foundation.real_path import real_path
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.outputs.writers import refuse_overwriting
 from footprints_edge.video.capture import Pace, RawFormat, Video, open_raw, open_video
 from footprints_edge.video.pipeline import VideoStats, run_pipeline
 from footprints_edge.video.sinks import open_sinks, video_paths
+from footprints_edge.video.sources import without_password
 
 if TYPE_CHECKING:
-    from footprints_edge.model import Model
     from footprints_edge.prediction import Prediction
 
 _REDRAW_S = 0.2
@@ -41,6 +41,7 @@ class VideoOptions:
         output: Folder of the outputs; None means beside each file, or the current folder.
         overwrite: Whether to replace existing outputs.
         quiet: Whether to print results and errors only.
+        lens_assumed: Whether nothing is known of the lens: frames have no EXIF.
     """
 
     pace: Pace
@@ -52,30 +53,36 @@ class VideoOptions:
     output: Path | None
     overwrite: bool
     quiet: bool
+    lens_assumed: bool = False
 
 
 def infer_videos(
     named: Sequence[str],
     options: VideoOptions,
-    model: "Model",
-    camera: CameraOptions,
-    threshold: float,
+    predict: "Callable[[DecodedImage], Prediction]",
     batch: Batch,
 ) -> None:
     """Processes the videos in order and prints the files written.
 
-    Load `model` with one thread: `VideoOptions.at_once` keeps the cores busy. Failures are added to
-    `batch`, as for pictures.
+    `VideoOptions.at_once` keeps the cores busy, so the model is best loaded with one thread.
+    Failures are added to `batch`, as for pictures.
     """
-    # a stopped service finishes its files, as Ctrl-C does on a terminal
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    warning = lens_warning("assumed") if options.lens_assumed and not options.quiet else ""
     for name in named:
         batch.total += 1
         try:
-            interrupted = _infer_video(name, options, model, camera, threshold, batch)
+            interrupted = _infer_video(name, options, predict, batch)
         except (FootprintsError, OSError) as error:
-            batch.failures.append(str(error) if name in str(error) else f"{name}: {error}")
+            shown = without_password(name)
+            batch.failures.append(str(error) if shown in str(error) else f"{shown}: {error}")
             continue
+        except Exception as error:  # no error may stop the other videos
+            reason = f"{type(error).__name__}: {error}"
+            batch.failures.append(f"{without_password(name)} cannot be processed: {reason}")
+            continue
+        if warning:
+            complain(warning)
+            warning = ""
         if interrupted:
             raise typer.Exit(INTERRUPTED)
 
@@ -83,9 +90,7 @@ def infer_videos(
 def _infer_video(
     name: str,
     options: VideoOptions,
-    model: "Model",
-    camera: CameraOptions,
-    threshold: float,
+    predict: "Callable[[DecodedImage], Prediction]",
     batch: Batch,
 ) -> bool:
     """Processes one video; returns whether Ctrl-C ended it."""
@@ -94,7 +99,7 @@ def _infer_video(
         stack.callback(getattr(video.frames, "close", lambda: None))
         folder = options.output or (video.path.parent if video.path else Path())
         paths = video_paths(folder, video.name, options.formats)
-        refuse_overwriting(paths.values(), {video.path.resolve()} if video.path else set())
+        refuse_overwriting(paths.values(), {real_path(video.path)} if video.path else set())
         kept = [path for path in paths.values() if path.exists() and not options.overwrite]
         if kept and video.path is None:
             raise OutputError(f"its result {kept[0]} already exists; --overwrite replaces it")
@@ -102,16 +107,14 @@ def _infer_video(
         paths = {key: path for key, path in paths.items() if path not in kept}
         if not paths:
             return False
-        sinks = open_sinks(paths, video.fps, bev=options.bev)
+        sinks = open_sinks(paths, video.fps, bev=options.bev, endless=video.path is None)
         then = _smoother() if options.smooth else None
         stack.pop_all()  # the pipeline closes it
     progress = ProgressLine(shown=not options.quiet, every_s=_REDRAW_S)
     try:
         stats = run_pipeline(
             video,
-            lambda rgb: model.predict(
-                DecodedImage(rgb), threshold=threshold, **camera.of_predict()
-            ),
+            lambda rgb: predict(DecodedImage(rgb)),
             sinks,
             lambda stats: progress.show(_progress_text(video, stats)),
             at_once=options.at_once,
@@ -119,12 +122,10 @@ def _infer_video(
         )
     finally:
         progress.clear()
-        for path in paths.values():
-            if path.exists():
-                typer.echo(path)
+        for sink in sinks:
+            if sink.written is not None:
+                name_file(sink.written)
     if not options.quiet:
-        if camera.intrinsics is None:  # frames have no EXIF
-            complain(lens_warning("assumed"))
         complain(_summary_line(video, stats))
     if not stats.frames and not stats.interrupted:
         raise OutputError(f"{video.name} has no usable frame; {stats.reason or 'it is empty'}")

@@ -4,10 +4,10 @@ from typing import Annotated
 
 import typer
 
-from footprints_edge.cli.exit_codes import MODEL_PROBLEM, complain, explained, show_version
+from footprints_edge.cli.exit_codes import HELP, MODEL_PROBLEM, VersionOption, complain, explained
 
 app = typer.Typer(
-    add_completion=False,
+    context_settings=HELP,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     no_args_is_help=True,
@@ -19,10 +19,7 @@ ModelArgument = Annotated[
 
 @app.callback()
 def models(
-    _version: Annotated[
-        bool,
-        typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
-    ] = False,
+    _version: VersionOption = False,
 ) -> None:
     """Show and check the models that fp-infer runs."""
 
@@ -121,9 +118,11 @@ def doctor(model: ModelArgument = None) -> None:
 
 
 def main() -> None:
-    """Entry point of `fp-models`."""
+    """Runs `fp-models`; see `start`."""
     app()
 
 
 if __name__ == "__main__":
-    main()
+    from footprints_edge.cli.start import start
+
+    start("footprints_edge.cli.models")

@@ -17,7 +17,7 @@ class ProgressLine:
             shown: Whether to draw at all.
             every_s: Least time between two drawings, seconds.
         """
-        self._shown = shown and sys.stderr.isatty()
+        self._shown = shown and sys.stderr is not None and sys.stderr.isatty()
         self._every_s = every_s
         self._drawn_s = float("-inf")
 

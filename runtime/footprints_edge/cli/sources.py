@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from footprints_edge.inputs.image_files import image_files
+from footprints_edge.inputs.image_files import image_files, passed_over, readable_suffixes
 from footprints_edge.outputs.writers import OUTPUT_ENDINGS
+from footprints_edge.video.sources import is_video
 
 STDIN = "-"
 
@@ -49,3 +50,29 @@ def expand(named: str, *, recursive: bool = False) -> list[InputImage]:
         return [InputImage(path)]
     found = image_files(path, recursive=recursive, skip_endings=OUTPUT_ENDINGS)
     return [InputImage(each, each.parent.relative_to(path)) for each in found]
+
+
+def left_out(named: str, *, recursive: bool = False) -> str:
+    """Says which pictures of a folder `expand` leaves out; empty if there are none."""
+    path = Path(named)
+    kinds = passed_over(path, recursive=recursive) if path.is_dir() else ""
+    return f"{named}: passed over {kinds}, which cannot be read here" if kinds else ""
+
+
+def folder_of_videos(named: str, *, recursive: bool = False) -> list[str]:
+    """The videos of a folder that has videos and no pictures, in order; else the argument itself.
+
+    Our own overlays are not among them.
+    """
+    path = Path(named)
+    try:
+        if is_video(named) or not path.is_dir():
+            return [named]
+        files = sorted(path.rglob("*") if recursive else path.iterdir())
+        shown = [each for each in files if not each.name.startswith(".") and each.is_file()]
+    except OSError:  # said when it is read
+        return [named]
+    if any(each.suffix.lower() in readable_suffixes() for each in shown):
+        return [named]
+    videos = [str(each) for each in shown if is_video(str(each))]
+    return [name for name in videos if not name.endswith(".overlay.mp4")] or [named]

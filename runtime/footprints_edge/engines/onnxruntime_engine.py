@@ -1,19 +1,42 @@
 """The onnxruntime engine. The only module that imports onnxruntime."""
 
-import hashlib
+import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from threading import Lock
+from typing import Any
+from weakref import WeakSet
 
 import onnxruntime as ort
 
-from footprints_edge.engines.engine import checked_input_size, checked_threads, read_model_file
+from footprints_edge.engines.engine import checked_input_size, checked_maps, checked_threads
 from footprints_edge.errors import ModelError
 from footprints_edge.foundation.types import Floats, Rgb
+from footprints_edge.model_files.read import read_model_file
 
 _CPU = "CPUExecutionProvider"
+
+
+_loaded: "WeakSet[OnnxRuntimeEngine]" = WeakSet()
+
+
+def _never_end_sessions() -> None:
+    """For a forked process, which lacks the threads of the sessions that it inherits.
+
+    It can run them, on one thread; but to end one would be to wait for its threads for ever, and
+    Python ends them all when the process ends.
+    """
+    import ctypes
+
+    for engine in _loaded:
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(engine._session._sess))
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_never_end_sessions)
 
 
 class OnnxRuntimeEngine:
@@ -24,43 +47,49 @@ class OnnxRuntimeEngine:
         path: Path,
         *,
         threads: int | None = None,
-        providers: Sequence[str] | None = None,
+        providers: Sequence[str | tuple[str, Mapping[str, Any]]] | None = None,
         plugin: str | None = None,
+        session_options: Mapping[str, str] | None = None,
     ) -> None:
         """Loads a model file.
 
         Args:
             path: An ONNX file of the footprints-edge contract, or one in onnxruntime's format.
             threads: Threads for one `run`; None means all cores that this process may use.
-            providers: onnxruntime execution providers in order of preference; None means CPU.
+            providers: onnxruntime execution providers in order of preference, alone or with their
+                options; None means CPU.
             plugin: Package of a plug-in execution provider, such as `onnxruntime-ep-openvino`,
                 instead of `providers`. Nodes that it does not support run on the CPU; `runtime`
                 says how many it runs.
+            session_options: Configuration entries of the session.
 
         Raises:
             ModelError: If the file is missing, damaged or breaks the file contract, if a provider
                 is not available, or if the number of threads is not positive.
         """
         self.threads = checked_threads(threads)
-        data = read_model_file(path)
-        self.path = path
-        self.sha256 = hashlib.sha256(data).hexdigest()
+        file = read_model_file(path)
+        self.path, self.sha256, data = path, file.sha256, file.data
         if isinstance(providers, str):
             providers = [providers]
-        options = _options(self.threads)
+        options = _options(self.threads, session_options or {})
+        given: list[dict[str, Any]] = []
         if plugin is None:
-            wanted = _checked_providers([_CPU] if providers is None else list(providers))
+            wanted, given = _checked_providers([_CPU] if providers is None else list(providers))
         else:
             wanted = []
             _add_plugin(options, plugin)
         try:
-            self._session = ort.InferenceSession(data, options, providers=wanted)
+            self._session = ort.InferenceSession(
+                data, options, providers=wanted, provider_options=given or None
+            )
         except Exception as error:  # onnxruntime's exceptions share no base class
             raise ModelError(
                 f"{path} cannot be loaded ({len(data)} bytes, sha256 {self.sha256}): it is "
                 "damaged, not an ONNX model, or made for a newer onnxruntime than "
                 f"{ort.__version__}; fetch or convert it again. onnxruntime says: {error}"
             ) from error
+        _loaded.add(self)
         self.providers: tuple[str, ...] = tuple(self._session.get_providers())
         if wanted and self.providers[0] != wanted[0]:  # onnxruntime only logs this fallback
             raise ModelError(
@@ -72,11 +101,13 @@ class OnnxRuntimeEngine:
             self.runtime += f", {self._assigned_nodes(plugin)}"
         elif wanted[0] != _CPU:
             self.runtime += f", {wanted[0]}"
-        inputs, outputs = self._session.get_inputs(), self._session.get_outputs()
-        self.input_size = checked_input_size(
-            path, [(node.name, node.type, node.shape) for node in (*inputs, *outputs)]
-        )
-        self.props: dict[str, str] = dict(self._session.get_modelmeta().custom_metadata_map)
+        try:
+            nodes = [*self._session.get_inputs(), *self._session.get_outputs()]
+            found = [(node.name, node.type, node.shape) for node in nodes]
+            self.props: dict[str, str] = dict(self._session.get_modelmeta().custom_metadata_map)
+        except UnicodeDecodeError as error:
+            raise ModelError(f"{path} is damaged: a text in it is not UTF-8") from error
+        self.input_size = checked_input_size(path, found)
 
     def run(self, image: Rgb) -> Floats:
         """One forward pass; see `engine.Engine.run`."""
@@ -84,7 +115,7 @@ class OnnxRuntimeEngine:
             maps: Floats = self._session.run(["maps"], {"image": image})[0]
         except Exception as error:
             raise ModelError(f"{self.path} failed on an input of {image.shape}: {error}") from error
-        return maps
+        return checked_maps(self.path, maps, (image.shape[1], image.shape[2]))
 
     def _assigned_nodes(self, plugin: str) -> str:
         """The number of nodes by provider; rejects a plug-in that runs none."""
@@ -109,15 +140,19 @@ def runtime() -> str:
     return f"onnxruntime {ort.__version__}"
 
 
-def _checked_providers(wanted: list[str]) -> list[str]:
-    available = available_providers()
+def _checked_providers(
+    given: list[str | tuple[str, Mapping[str, Any]]],
+) -> tuple[list[str], list[dict[str, Any]]]:
+    """Names of providers and the options of each."""
+    pairs = [(entry, {}) if isinstance(entry, str) else entry for entry in given]
+    wanted, available = [str(name) for name, _ in pairs], available_providers()
     unknown = [provider for provider in wanted if provider not in available]
     if unknown or not wanted:
         raise ModelError(
             f"provider {', '.join(unknown) or '(none given)'} is not available here; "
             f"choose from {', '.join(available)}"
         )
-    return wanted
+    return wanted, [dict(options) for _, options in pairs]
 
 
 def _add_plugin(options: ort.SessionOptions, plugin: str) -> None:
@@ -137,9 +172,17 @@ def _add_plugin(options: ort.SessionOptions, plugin: str) -> None:
     options.add_session_config_entry("session.record_ep_graph_assignment_info", "1")
 
 
-@cache
+_registering = Lock()
+
+
 def _plugin_providers(plugin: str) -> tuple[str, ...]:
-    """Registers a plug-in with onnxruntime; returns the names of its execution providers."""
+    """The names of a plug-in's execution providers; registers it once with onnxruntime."""
+    with _registering:  # a cache alone would let two threads do it
+        return _registered(plugin)
+
+
+@cache
+def _registered(plugin: str) -> tuple[str, ...]:
     try:
         package = import_module(plugin.replace("-", "_"))
     except ModuleNotFoundError as error:
@@ -156,7 +199,7 @@ def _plugin_providers(plugin: str) -> tuple[str, ...]:
         ) from error
 
 
-def _options(threads: int) -> ort.SessionOptions:
+def _options(threads: int, entries: Mapping[str, str]) -> ort.SessionOptions:
     options = ort.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
@@ -164,4 +207,6 @@ def _options(threads: int) -> ort.SessionOptions:
     options.log_severity_level = 4  # errors arrive as exceptions; do not print them as well
     # Between two calls, waiting worker threads must not occupy the cores.
     options.add_session_config_entry("session.force_spinning_stop", "1")
+    for key, value in entries.items():
+        options.add_session_config_entry(key, str(value))
     return options

@@ -1,7 +1,8 @@
 """Choosing the engine that runs a model file. To add one, write its file and name it here."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from footprints_edge.engines.engine import Engine
 from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
@@ -9,7 +10,12 @@ from footprints_edge.errors import ModelError
 
 
 def open_engine(
-    path: Path, engine: str, *, threads: int | None = None, providers: Sequence[str] | None = None
+    path: Path,
+    engine: str,
+    *,
+    threads: int | None = None,
+    providers: Sequence[str | tuple[str, Mapping[str, Any]]] | None = None,
+    session_options: Mapping[str, str] | None = None,
 ) -> Engine:
     """Loads a model file into an engine; the arguments are those of `model.load`.
 
@@ -17,17 +23,23 @@ def open_engine(
         ModelError: If the engine is unknown or missing, or cannot run the file.
     """
     if engine == "onnxruntime":
-        return OnnxRuntimeEngine(path, threads=threads, providers=providers)
+        return OnnxRuntimeEngine(
+            path, threads=threads, providers=providers, session_options=session_options
+        )
     if providers is not None:
         raise ModelError(
             f"providers belong to engine 'onnxruntime'; leave them out for engine {engine!r}"
         )
+    if session_options is not None and not engine.startswith("onnxruntime-ep-"):
+        raise ModelError(f"session options belong to onnxruntime; leave them out for {engine!r}")
     if engine == "openvino":
         from footprints_edge.engines.openvino_engine import OpenVinoEngine
 
         return OpenVinoEngine(path, threads=threads)
     if engine.startswith("onnxruntime-ep-"):
-        return OnnxRuntimeEngine(path, threads=threads, plugin=engine)
+        return OnnxRuntimeEngine(
+            path, threads=threads, plugin=engine, session_options=session_options
+        )
     raise ModelError(
         f"engine {engine!r} is unknown; choose onnxruntime, openvino, or a package that plugs into "
         "onnxruntime: onnxruntime-ep-..."

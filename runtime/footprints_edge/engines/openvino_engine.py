@@ -1,16 +1,17 @@
-"""The OpenVINO engine (the extra `openvino`). The only module that imports OpenVINO."""
+"""The OpenVINO engine (the extra `openvino`)."""
 
-import hashlib
 from pathlib import Path
 from threading import Lock
 from typing import Any
 
 import numpy as np
 
-from footprints_edge.engines.engine import checked_input_size, checked_threads, read_model_file
+from footprints_edge.engines.engine import checked_input_size, checked_maps, checked_threads
 from footprints_edge.errors import ModelError
 from footprints_edge.foundation.install_hint import install_hint
+from footprints_edge.foundation.openvino import import_openvino
 from footprints_edge.foundation.types import Floats, Rgb, Size
+from footprints_edge.model_files.read import read_model_file
 
 _CACHED_SIZES = 8
 """Maximum number of compiled networks to keep, one for each input size."""
@@ -37,15 +38,14 @@ class OpenVinoEngine:
                 breaks the file contract, or if the number of threads is not positive.
         """
         try:
-            import openvino
+            openvino = import_openvino()
         except ModuleNotFoundError as error:
             raise ModelError(
                 f"engine 'openvino' needs the package openvino; {install_hint('openvino')}"
             ) from error
         self.threads = checked_threads(threads)
-        data = read_model_file(path)
-        self.path = path
-        self.sha256 = hashlib.sha256(data).hexdigest()
+        file = read_model_file(path)
+        self.path, self.sha256, data = path, file.sha256, file.data
         self.providers: tuple[str, ...] = ("CPU",)
         self.runtime = f"openvino {openvino.__version__.partition('-')[0]}"
         self._core = openvino.Core()
@@ -57,10 +57,12 @@ class OpenVinoEngine:
                 f"damaged, not an ONNX model, or too new for {self.runtime}; fetch or "
                 f"convert it again. OpenVINO says: {error}"
             ) from error
-        self.input_size = checked_input_size(
-            path, [_described(node) for node in (*self._model.inputs, *self._model.outputs)]
-        )
-        self.props = _metadata(self._model)
+        try:
+            found = [_described(node) for node in (*self._model.inputs, *self._model.outputs)]
+            self.props = _metadata(self._model)
+        except (UnicodeDecodeError, RuntimeError) as error:  # RuntimeError: a nameless output
+            raise ModelError(f"{path} is damaged: {error}") from error
+        self.input_size = checked_input_size(path, found)
         self._networks: dict[Size, Any] = {}
         self._lock = Lock()
 
@@ -78,7 +80,7 @@ class OpenVinoEngine:
             maps: Floats = np.array(request.get_output_tensor(0).data)
         except Exception as error:
             raise ModelError(f"{self.path} failed on an input of {image.shape}: {error}") from error
-        return maps
+        return checked_maps(self.path, maps, size)
 
     def _network(self, size: Size) -> Any:  # noqa: ANN401
         """The network compiled for an input size (h, w)."""

@@ -24,6 +24,9 @@ less than their camera: 60 is the middle. Depths scale with the focal length, so
 picture read as 60 degrees comes out 21 % too far, a 50 degree one 19 % too near.
 """
 
+_MOST_PX = 1e9
+"""Beyond this, numbers of a camera are no pixels, and products of them have no room."""
+
 _DIAGONAL_35MM = math.hypot(36.0, 24.0)
 
 ArrayT = TypeVar("ArrayT", float, Floats, NDArray[np.float64])
@@ -55,15 +58,26 @@ class Intrinsics:
             IntrinsicsError: If a number is not finite or a focal length is not positive.
         """
         for name in ("fx", "fy", "cx", "cy"):
-            value = getattr(self, name)
+            try:
+                value = float(getattr(self, name))
+            except (TypeError, ValueError) as error:
+                raise IntrinsicsError(
+                    f"{name} is {getattr(self, name)!r}; give it as a finite number of pixels"
+                ) from error
             if not math.isfinite(value):
                 raise IntrinsicsError(f"{name} is {value}; give it as a finite number of pixels")
+            object.__setattr__(self, name, value)  # a number of numpy becomes one of Python
         for name in ("fx", "fy"):
             value = getattr(self, name)
             if value <= 0:
                 raise IntrinsicsError(
                     f"{name} is {value}; give the focal length as a positive number of pixels"
                 )
+        largest = max(self.fx, self.fy, abs(self.cx), abs(self.cy))
+        if largest > _MOST_PX or min(self.fx, self.fy) < 1 / _MOST_PX:
+            raise IntrinsicsError(
+                f"{self} cannot be a camera; give numbers of pixels up to {_MOST_PX:g}"
+            )
 
     @classmethod
     def from_focal_px(
@@ -82,7 +96,7 @@ class Intrinsics:
         Raises:
             IntrinsicsError: If the angle is not between 0 and 180 degrees.
         """
-        if not 0 < hfov_deg < 180:
+        if not 1e-6 < hfov_deg < 180 - 1e-6:
             raise IntrinsicsError(
                 f"a pinhole camera cannot have a horizontal field of view of {hfov_deg} degrees; "
                 "give an angle between 0 and 180 (phones: about 65)"

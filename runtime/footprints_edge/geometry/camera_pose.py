@@ -34,6 +34,10 @@ class CameraPose:
             CameraPoseError: If the height is not positive, the pitch is beyond 90 degrees, or the
                 roll beyond 180.
         """
+        for field in ("height_m", "pitch_deg", "roll_deg"):
+            if (value := getattr(self, field)) is not None:
+                # a number of numpy becomes one of Python
+                object.__setattr__(self, field, _number(field, value))
         if self.height_m is not None and not (math.isfinite(self.height_m) and self.height_m > 0):
             raise CameraPoseError(
                 f"the camera height is {self.height_m}; give it as a positive number of metres "
@@ -58,7 +62,10 @@ class CameraPose:
         Raises:
             CameraPoseError: If it is not three finite numbers, or all are 0.
         """
-        down = np.asarray(gravity, np.float64)
+        try:
+            down = np.asarray(gravity, np.float64)
+        except (TypeError, ValueError):
+            down = np.empty(0)
         length = float(np.linalg.norm(down)) if down.shape == (3,) else math.nan
         if not (math.isfinite(length) and length > 0):
             raise CameraPoseError(
@@ -81,6 +88,13 @@ class CameraPose:
     def everything(self) -> bool:
         """Whether all of it is known: then the ground plane is, too."""
         return None not in (self.height_m, self.pitch_deg, self.roll_deg)
+
+
+def _number(name: str, value: float) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError) as error:
+        raise CameraPoseError(f"{name} is {value!r}; give it as a number") from error
 
 
 def up_vector(pitch_deg: float, roll_deg: float) -> NDArray[np.float64]:

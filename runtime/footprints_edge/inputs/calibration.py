@@ -16,7 +16,7 @@ from footprints_edge.errors import IntrinsicsError
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.inputs.images import MAX_SIDE, DecodedImage
 
 DistortionModel: TypeAlias = Literal["plumb_bob", "rational_polynomial", "equidistant"]
 
@@ -26,6 +26,10 @@ _COEFFICIENTS = {
     "rational_polynomial": (8, 12, 14),
     "equidistant": (4,),
 }
+_MOST_PX = 64_000_000
+"""Larger pictures are rectified at the reduced size that the network needs: the remap takes six
+bytes for each pixel."""
+
 _SAME_SHAPE = 0.01
 """Relative difference of a picture's aspect ratio from the calibration's that is allowed."""
 
@@ -73,6 +77,8 @@ class Calibration:
     def rectified(self, image: DecodedImage) -> tuple[DecodedImage, Intrinsics]:
         """The picture as a pinhole camera would have taken it, and that camera.
 
+        A picture of more than 64 million pixels comes out at a reduced size, with a note.
+
         Raises:
             IntrinsicsError: If the picture's shape is not that of the calibration.
         """
@@ -84,12 +90,18 @@ class Calibration:
                 f"{self.size[1]} x {self.size[0]}; give uncropped pictures of that camera, held as "
                 "during the calibration"
             )
-        across, down, camera = self._remap(image.size)
+        given = image.rgb if height * width <= _MOST_PX else image.pixels
+        size = given.shape[0], given.shape[1]
+        across, down, camera = self._remap(size)
         cv2 = opencv()
         pixels: Rgb = cv2.remap(
-            image.rgb, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+            given, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
         )
-        return replace(image, pixels=pixels, file=None), camera
+        notes = image.notes
+        if size != image.size:
+            label = image.name or "the picture"
+            notes += (f"{label}: very large, so rectified at {size[1]} x {size[0]} pixels",)
+        return replace(image, pixels=pixels, file=None, notes=notes), camera
 
     def _remap(self, size: Size) -> tuple[Any, Any, Intrinsics]:
         with self._lock:
@@ -151,6 +163,10 @@ def _parsed(text: str) -> Calibration:
         raise IntrinsicsError(
             "a calibration needs image_width, image_height, camera_matrix (3 x 3) and "
             "distortion_coefficients, as ROS's camera_calibration or OpenCV write them"
+        )
+    if not all(0.5 < side <= MAX_SIDE for side in (width, height)):
+        raise IntrinsicsError(
+            f"the pictures of a calibration cannot be {width:g} x {height:g} pixels"
         )
     coefficients = distortion.ravel()
     if name in _FISHEYE or fisheye:

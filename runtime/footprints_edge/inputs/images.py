@@ -2,9 +2,11 @@
 
 import io
 import math
+import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
@@ -14,6 +16,8 @@ from PIL.ExifTags import IFD, Base
 
 from footprints_edge.errors import ImageError
 from footprints_edge.foundation.types import Rgb, Size
+from footprints_edge.inputs.damaged_files import lost_share, too_much_lost, with_end, without_notes
+from footprints_edge.inputs.foreign_files import is_avif, is_heif, raw_reason, raw_tiff_reason
 
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
 """Decoders that an input may reach: Pillow's other decoders only add attack surface."""
@@ -23,10 +27,30 @@ _REDUCIBLE = {"JPEG", "MPO"}  # MPO: several JPEGs in one file, as some phones w
 MAX_PIXELS = 178_000_000
 """Larger pictures are rejected before any pixel is decoded: half a gigabyte as RGB."""
 
+MAX_JPEG_PIXELS = 205_000_000
+"""The same for JPEG files, which are decoded at an eighth. The decoder of progressive ones holds
+six bytes for each pixel."""
+
+MAX_SIDE = 2**17
+"""Pictures with a longer side are rejected: they have no shape that a network could take."""
+
 MAX_BYTES = 512 * 2**20
 """Larger files are rejected: no picture within `MAX_PIXELS` needs more bytes."""
 
-ImageSource: TypeAlias = "str | Path | bytes | BinaryIO | Image.Image | Rgb | DecodedImage"
+FOCAL_35MM_RANGE = (4.0, 5000.0)
+"""Millimetres; an EXIF focal length outside of it counts as not stated. No lens is there."""
+
+_WHOLE_PX = 32_000_000
+"""Pictures with more pixels are reduced in parts, where the format has no smaller sizes: whole ones
+would be in memory five times on their way to an array."""
+
+_STRIP_PX = 2**22
+_SAME_SHAPE = 0.02
+"""Relative difference of two width-to-height ratios that rounding explains."""
+
+ImageSource: TypeAlias = (
+    "str | os.PathLike[str] | bytes | BinaryIO | Image.Image | Rgb | DecodedImage"
+)
 
 _UPRIGHT = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,
@@ -39,13 +63,10 @@ _UPRIGHT = {
 }
 _ON_ITS_SIDE = {5, 6, 7, 8}
 
-_OTHER_SHAPE = 0.02
-"""Difference of the logarithms of two aspect ratios from which one picture is a crop."""
-
 
 @dataclass(frozen=True, eq=False)
 class ReducibleFile:
-    """A JPEG file that can be decoded at a half, a quarter or an eighth of its size.
+    """A file that was decoded at a fraction of its size, and can be decoded at others.
 
     Attributes:
         data: The encoded bytes.
@@ -58,13 +79,13 @@ class ReducibleFile:
     size: Size
 
     def decode(self, least: Size) -> Rgb:
-        """Decodes the upright picture at the smallest of these sizes that covers `least`.
+        """Decodes the upright picture at the smallest of its sizes that covers `least`.
 
         Raises:
             ImageError: If the file is damaged.
         """
         with _opened(self.data, self.label) as image:
-            return _upright(image, self.label, least)[0]
+            return _upright(image, self.label, least).pixels
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +97,8 @@ class DecodedImage:
         name: File name, for naming outputs; None if the source has none.
         path: The source file, which outputs must not overwrite; None if there is none.
         focal_35mm: 35 mm equivalent focal length in millimetres from EXIF, None if not stated.
-        file: The JPEG file, if `pixels` were decoded at a reduced size; else None.
+        file: The file, if `pixels` were decoded at a reduced size; else None.
+        notes: What is wrong with the file, though it could be read.
     """
 
     pixels: Rgb
@@ -84,6 +106,7 @@ class DecodedImage:
     path: Path | None = None
     focal_35mm: float | None = None
     file: ReducibleFile | None = None
+    notes: tuple[str, ...] = field(default=())
 
     @property
     def size(self) -> Size:
@@ -134,8 +157,8 @@ def decode(source: ImageSource, least_size: Callable[[Size], Size] | None = None
         filename = getattr(source, "filename", "")
         path = Path(filename) if isinstance(filename, str) and filename else None
         return _from_pillow(source, path, f"PIL image {path.name if path else ''}".strip())
-    if isinstance(source, (str, Path)):
-        path = Path(source)
+    if isinstance(source, (str, os.PathLike)):
+        path = Path(os.fsdecode(source))
         return _from_bytes(_read(path), path, str(path), least_size)
     if isinstance(source, (bytes, bytearray, memoryview)):
         return _from_bytes(bytes(source), None, "image bytes", least_size)
@@ -143,11 +166,13 @@ def decode(source: ImageSource, least_size: Callable[[Size], Size] | None = None
         filename = getattr(source, "name", None)
         path = Path(filename) if isinstance(filename, str) and filename[:1] != "<" else None
         try:
-            data = source.read()
-        except (OSError, ValueError) as error:
+            data = source.read(MAX_BYTES + 1)
+        except (OSError, ValueError, TypeError) as error:
             raise ImageError(f"{filename or 'the file object'} cannot be read: {error}") from error
         if not isinstance(data, bytes):
             raise ImageError(f"{filename or 'the file object'} yields text; open it with 'rb'")
+        if len(data) > MAX_BYTES:
+            raise ImageError(f"{filename or 'the file object'}: larger than {MAX_BYTES} bytes")
         return _from_bytes(data, path, str(path) if path else "image file object", least_size)
     raise ImageError(
         f"cannot read an image from {type(source).__name__}; "
@@ -171,14 +196,15 @@ def _checked_array(array: Rgb) -> Rgb:
     return np.array(array, order="C")
 
 
-def _check_size(size: Size, label: str) -> None:
+def _check_size(size: Size, label: str, most: int | None = None) -> None:
+    most = MAX_PIXELS if most is None else most
     height, width = size
     if height < 1 or width < 1:
         raise ImageError(f"{label} is empty: {width} x {height} pixels; both sides need at least 1")
-    if height * width > MAX_PIXELS:
+    if height * width > most or max(size) > MAX_SIDE:
         raise ImageError(
-            f"{label} is {width} x {height} pixels, more than the {MAX_PIXELS / 1e6:.0f} million "
-            "that are safe to decode; scale it down first"
+            f"{label} is {width} x {height} pixels; no more than {most / 1e6:.0f} million, and "
+            f"{MAX_SIDE} along a side, are safe to decode; scale it down first"
         )
 
 
@@ -200,21 +226,55 @@ def _read(path: Path) -> bytes:
 def _from_bytes(
     data: bytes, path: Path | None, label: str, least_size: Callable[[Size], Size] | None
 ) -> DecodedImage:
+    if reason := raw_reason(data, path):
+        raise ImageError(f"{label} {reason}")
+    try:
+        return _decoded(data, path, label, least_size)
+    except ImageError:
+        for repaired, note in (
+            (without_notes(data), "its texts or its profile are damaged or very long: not read"),
+            (with_end(data), "its last bytes are missing"),
+        ):
+            if repaired is not None:
+                picture = _decoded(repaired, path, label, least_size)
+                if repaired.startswith(b"\xff\xd8") and too_much_lost(_stored_end_last(picture)):
+                    break
+                return replace(picture, notes=(*picture.notes, f"{label}: {note}"))
+        raise
+
+
+def _decoded(
+    data: bytes, path: Path | None, label: str, least_size: Callable[[Size], Size] | None
+) -> DecodedImage:
     with _opened(data, label) as image:
-        if least_size is None or image.format not in _REDUCIBLE:
+        reducible = image.format in _REDUCIBLE
+        stored = (image.height, image.width)
+        _check_size(stored, label, MAX_JPEG_PIXELS if reducible else MAX_PIXELS)
+        if least_size is None or not (reducible or math.prod(stored) > _WHOLE_PX):
             return _from_pillow(image, path, label)
-        _check_size((image.height, image.width), label)
-        size = _turned((image.height, image.width), _exif(image).orientation)
-        pixels, exif = _upright(image, label, least_size(size))
+        size = _turned(stored, _exif(image).orientation)
+        upright = _upright(image, label, least_size(size))
+    pixels = upright.pixels
     file = None if _size(pixels) == size else ReducibleFile(data, label, size)
-    return DecodedImage(pixels, path.name if path else None, path, exif.focal_35mm, file)
+    return DecodedImage(pixels, path.name if path else None, path, upright.exif.focal_35mm, file)
 
 
 def _opened(data: bytes, label: str) -> Image.Image:
     if not data:
         raise ImageError(f"{label} is empty (0 bytes)")
+    heif, avif = is_heif(data), is_avif(data)
+    if heif and not reads_heif():
+        raise ImageError(
+            f"{label} is a HEIC picture; install the package that reads it: pip install "
+            "pillow-heif, or convert it to JPEG"
+        )
+    if avif and not reads_avif():
+        raise ImageError(f"{label} is an AVIF picture, which this Pillow lacks; convert it to JPEG")
     try:
-        return Image.open(io.BytesIO(data), formats=FORMATS)
+        if data.startswith(b"\xff\xd8"):  # Image.open has a limit of its own, of full size
+            return _jpeg(io.BytesIO(data))
+        formats = FORMATS + ("HEIF",) * heif + ("AVIF",) * avif
+        return Image.open(io.BytesIO(data), formats=formats)
     except Image.DecompressionBombError as error:
         raise ImageError(f"{label}: {error}; scale it down first") from error
     except Exception as error:  # Pillow's plugins raise almost anything on hostile headers
@@ -223,52 +283,92 @@ def _opened(data: bytes, label: str) -> Image.Image:
         ) from error
 
 
-def _from_pillow(image: Image.Image, path: Path | None, label: str) -> DecodedImage:
-    _check_size((image.height, image.width), label)
-    pixels, exif = _upright(image, label)
-    return DecodedImage(pixels, path.name if path else None, path, exif.focal_35mm)
+def _jpeg(file: BinaryIO) -> Image.Image:
+    from PIL.JpegImagePlugin import jpeg_factory
+
+    image: Image.Image = jpeg_factory(file, "")
+    return image
 
 
-def _upright(image: Image.Image, label: str, least: Size | None = None) -> tuple[Rgb, "_Exif"]:
-    """Decodes an opened image, at a reduced size if the format and `least` (h, w) allow it."""
-    full = image.size
+@cache
+def reads_heif() -> bool:
+    """Whether HEIC pictures can be read: the package pillow-heif is installed."""
     try:
-        covered = None
+        import_module("pillow_heif").register_heif_opener()
+    except Exception:  # absent, or not made for this Pillow
+        return False
+    return True
+
+
+@cache
+def reads_avif() -> bool:
+    """Whether AVIF pictures can be read: this Pillow was built with them."""
+    from PIL import features
+
+    return bool(features.check("avif"))
+
+
+def _stored_end_last(picture: DecodedImage) -> Rgb:
+    """The pixels with the end of the file below, whatever way up the picture is."""
+    pixels = picture.pixels
+    turns = [pixels, pixels[::-1], pixels.transpose(1, 0, 2), pixels.transpose(1, 0, 2)[::-1]]
+    return max(turns, key=lost_share)
+
+
+def _from_pillow(image: Image.Image, path: Path | None, label: str) -> DecodedImage:
+    if not path or image.format not in _REDUCIBLE:
+        _check_size((image.height, image.width), label)
+    upright = _upright(image, label)
+    name = path.name if path else None
+    return DecodedImage(upright.pixels, name, path, upright.exif.focal_35mm)
+
+
+@dataclass(frozen=True, eq=False)
+class _Upright:
+    pixels: Rgb
+    exif: "_Exif"
+
+
+def _upright(image: Image.Image, label: str, least: Size | None = None) -> _Upright:
+    """Decodes an opened image, at a reduced size if `least` (h, w) allows it."""
+    try:
+        if image.format == "TIFF" and (reason := raw_tiff_reason(getattr(image, "tag_v2", None))):
+            raise ImageError(f"it {reason}")
+        covered, factor = None, 1
+        stored = image.size
         if least is not None:
             height, width = _turned(least, _exif(image).orientation)
             drafted = image.draft(None, (width, height))
             covered = drafted[1] if drafted else None
+            if image.format not in _REDUCIBLE:
+                factor = max(1, min(image.width // width, image.height // height))
         image.load()
-        exif = _exif(
-            image
-        )  # after load(): the TIFF decoder turns upright itself and resets the tag
-        rgb = _to_rgb(image)
+        # after load(): the TIFF decoder turns upright itself and resets the tag
+        exif = _exif(image, stored)
+        rgb = _to_rgb(image) if factor == 1 else _reduced_rgb(image, factor)
         if covered is not None and covered != (0, 0, *rgb.size):
             # The last row and column of a reduced picture may cover fewer pixels than the others.
             rgb = rgb.resize(rgb.size, Image.Resampling.BICUBIC, box=covered)
     except ImageError as error:
-        raise ImageError(f"{label}: {error}") from error
+        raise ImageError(
+            f"{label} {error}" if "raw file" in str(error) else f"{label}: {error}"
+        ) from error
     except Exception as error:
         raise ImageError(f"{label} is damaged or truncated: {error}") from error
     turn = _UPRIGHT.get(exif.orientation)
-    return np.array(rgb if turn is None else rgb.transpose(turn)), _of_crop(exif, full)
+    return _Upright(np.array(rgb if turn is None else rgb.transpose(turn)), exif)
 
 
-def _of_crop(exif: "_Exif", size: tuple[int, int]) -> "_Exif":
-    """The focal length of a picture (width, height) that was cut out of a larger one.
-
-    A 35 mm equivalent refers to the whole shot, whose size EXIF keeps. Another shape tells a crop
-    from a smaller copy, which sees all of it.
-    """
-    if exif.focal_35mm is None or exif.shot is None:
-        return exif
-    (width, height), (shot_width, shot_height) = size, exif.shot
-    smaller = width <= shot_width and height <= shot_height
-    shape = width / height * shot_height / shot_width
-    if not smaller or abs(math.log(shape)) < _OTHER_SHAPE:
-        return exif
-    longer = math.hypot(shot_width, shot_height) / math.hypot(width, height)
-    return replace(exif, focal_35mm=exif.focal_35mm * longer)
+def _reduced_rgb(image: Image.Image, factor: int) -> Image.Image:
+    """The means of blocks of `factor` x `factor` pixels, computed in strips to save memory."""
+    width, height = image.size
+    rgb = Image.new("RGB", (-(-width // factor), -(-height // factor)))
+    white = _white_level(image) if image.mode in {"I", "F"} else None
+    rows = max(1, _STRIP_PX // width // factor) * factor
+    for top in range(0, height, rows):
+        strip = image.crop((0, top, width, min(height, top + rows)))
+        rgb.paste(_to_rgb(strip, white).reduce(factor), (0, top // factor))
+    return rgb
 
 
 def _turned(size: Size, orientation: int) -> Size:
@@ -284,9 +384,9 @@ def _covers(size: Size, least: Size) -> bool:
     return size[0] >= least[0] and size[1] >= least[1]
 
 
-def _to_rgb(image: Image.Image) -> Image.Image:
+def _to_rgb(image: Image.Image, white: float | None = None) -> Image.Image:
     if image.mode in ("I", "F") or image.mode.startswith("I;16"):
-        return _wide_grey_to_rgb(image)
+        return _wide_grey_to_rgb(image, white)
     try:
         if not image.has_transparency_data:
             return image.convert("RGB")
@@ -298,48 +398,85 @@ def _to_rgb(image: Image.Image) -> Image.Image:
     return rgb
 
 
-def _wide_grey_to_rgb(image: Image.Image) -> Image.Image:
+def _wide_grey_to_rgb(image: Image.Image, white: float | None = None) -> Image.Image:
     """Scales grey of 16 bits and more. Pillow's own conversion clips it at 255 instead."""
     if image.mode.startswith("I;16"):
         to_bytes = np.rint(np.arange(2**16) / 257).astype(np.uint8)
         return Image.fromarray(to_bytes[np.asarray(image)]).convert("RGB")
+    white = _white_level(image) if white is None else white
     grey = np.asarray(image).astype(np.float64)
     if not np.isfinite(grey).all():
-        raise ImageError("some pixels are not finite numbers; save it as 8- or 16-bit grey")
-    # 32-bit integers and floats state no white level: take the smallest usual one that fits
+        raise ImageError(_NOT_FINITE)
+    return Image.fromarray(np.rint(grey * (255.0 / white)).astype(np.uint8)).convert("RGB")
+
+
+_NOT_FINITE = "some pixels are not finite numbers; save it as 8- or 16-bit grey"
+
+
+def _white_level(image: Image.Image) -> float:
+    """The white level of 32-bit integers and floats, which state none: the smallest usual one."""
+    least, most = map(float, np.ravel(image.getextrema()))
+    if not (math.isfinite(least) and math.isfinite(most)):
+        raise ImageError(_NOT_FINITE)
     levels = (1.0, 255.0, 65535.0) if image.mode == "F" else (65535.0,)
-    white = next((level for level in levels if grey.max() <= level), None)
-    if white is None or grey.min() < 0:
+    white = next((level for level in levels if most <= level), None)
+    if white is None or least < 0:
         raise ImageError(
-            f"grey values from {grey.min():g} to {grey.max():g} have no known white level; "
+            f"grey values from {least:g} to {most:g} have no known white level; "
             "save it as 8- or 16-bit grey"
         )
-    return Image.fromarray(np.rint(grey * (255.0 / white)).astype(np.uint8)).convert("RGB")
+    return white
 
 
 @dataclass(frozen=True)
 class _Exif:
     orientation: int = 1
     focal_35mm: float | None = None
-    shot: tuple[int, int] | None = None
-    """Width and height of the whole shot, as stored, if stated."""
 
 
-def _exif(image: Image.Image) -> _Exif:
-    """Reads EXIF; a broken block counts as absent, as the picture is still good."""
+def _exif(image: Image.Image, stored: tuple[int, int] | None = None) -> _Exif:
+    """Reads EXIF; a broken block counts as absent, as the picture is still good.
+
+    Args:
+        image: The picture.
+        stored: Its width and height at full size; None means those of `image`.
+    """
     try:
         exif = image.getexif()
         orientation = exif.get(Base.Orientation, 1)
     except Exception:
         return _Exif()
     try:
-        of_shot = exif.get_ifd(IFD.Exif)
-        focal_mm = float(of_shot.get(Base.FocalLengthIn35mmFilm, 0))
-        width, height = (
-            int(of_shot.get(tag, 0)) for tag in (Base.ExifImageWidth, Base.ExifImageHeight)
-        )
+        more = exif.get_ifd(IFD.Exif)
+        focal_mm = float(more.get(Base.FocalLengthIn35mmFilm, 0))  # EXIF writes 0 for unknown
+        taken = (float(more.get(Base.ExifImageWidth, 0)), float(more.get(Base.ExifImageHeight, 0)))
     except Exception:
-        focal_mm, width, height = 0.0, 0, 0
-    stated = math.isfinite(focal_mm) and focal_mm > 0  # EXIF writes 0 for unknown
-    shot = (width, height) if width > 0 and height > 0 else None
-    return _Exif(orientation, focal_mm if stated else None, shot)
+        return _Exif(orientation)
+    least, most = FOCAL_35MM_RANGE
+    if not least <= focal_mm <= most:
+        return _Exif(orientation)
+    return _Exif(orientation, _focal_of_rest(focal_mm, taken, stored or image.size))
+
+
+def _focal_of_rest(
+    focal_mm: float, taken: tuple[float, float], now: tuple[int, int]
+) -> float | None:
+    """The 35 mm equivalent focal length of what is left of a picture that was cropped.
+
+    A picture of another shape than when it was taken has been cropped, and then no longer has the
+    field of view that EXIF goes on to state. It is taken not to have been resized as well.
+
+    Args:
+        focal_mm: What EXIF states.
+        taken: Width and height when it was taken, as EXIF states them; 0 is unknown.
+        now: Width and height.
+    """
+    if not (all(map(math.isfinite, taken)) and min(taken) >= 1):
+        return focal_mm
+    if (taken[0] > taken[1]) != (now[0] > now[1]):  # turned by a program, which kept the block
+        taken = taken[1], taken[0]
+    if abs(taken[0] / taken[1] * now[1] / now[0] - 1) <= _SAME_SHAPE:
+        return focal_mm
+    if now[0] > taken[0] or now[1] > taken[1]:
+        return None
+    return focal_mm * math.hypot(*taken) / math.hypot(*now)

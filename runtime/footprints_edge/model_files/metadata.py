@@ -14,6 +14,12 @@ PREFIX = "footprints."
 OUTPUTS = {"all": (0, 1, 2, 3), "masks": (0, 1), "depths": (2, 3)}
 """Channels in a file, by the value of its key `outputs`; most files have all four."""
 
+MAX_TEXT = 1000
+"""Longest value of a key."""
+
+MIN_DEPTH_M, MAX_DEPTH_M = 1e-3, 1e6
+MIN_FOCAL_PX, MAX_FOCAL_PX = 1.0, 1e6
+
 _KEYS = (
     "format",
     "name",
@@ -95,6 +101,12 @@ class ModelMetadata:
                 f"{file} lacks the metadata {', '.join(PREFIX + key for key in missing)}; "
                 f"convert it again with: {_CONVERT}"
             )
+        for key, text in values.items():
+            if len(text) > MAX_TEXT or not text.isprintable():
+                raise ModelError(
+                    f"{file}: {PREFIX}{key} is {text[:40]!r}, of {len(text)} characters; expected "
+                    f"one line of at most {MAX_TEXT}; convert the model again with: {_CONVERT}"
+                )
         _check_format(values["format"], file)
         return cls(
             depth_range_m=_depth_range_m(values.pop("depth_range_m"), file),
@@ -124,7 +136,7 @@ def _depth_range_m(text: str, file: Path | str) -> tuple[float, float]:
         nearest_m, farthest_m = (float(part) for part in text.split(","))
     except ValueError:
         nearest_m = farthest_m = 0.0
-    if not 0 < nearest_m < farthest_m < float("inf"):
+    if not MIN_DEPTH_M <= nearest_m < farthest_m <= MAX_DEPTH_M:
         raise ModelError(
             f"{file}: {PREFIX}depth_range_m is {text!r}, expected metres as 'nearest,farthest' "
             f"such as '0.1,100'; convert the model again with: {_CONVERT}"
@@ -135,7 +147,7 @@ def _depth_range_m(text: str, file: Path | str) -> tuple[float, float]:
 def _outputs(text: str, file: Path | str) -> str:
     if text not in OUTPUTS:
         raise ModelError(
-            f"{file}: {PREFIX}outputs is {text!r}, expected one of {', '.join(OUTPUTS)}; "
+            f"{file}: {PREFIX}outputs is {text[:40]!r}, expected one of {', '.join(OUTPUTS)}; "
             f"convert the model again with: {_CONVERT}"
         )
     return text
@@ -148,7 +160,7 @@ def _focal_px(text: str, file: Path | str) -> float | None:
         focal_px = float(text.removeprefix("focal_px="))
     except ValueError:
         focal_px = 0.0
-    if not (text.startswith("focal_px=") and 0 < focal_px < float("inf")):
+    if not (text.startswith("focal_px=") and MIN_FOCAL_PX <= focal_px <= MAX_FOCAL_PX):
         raise ModelError(
             f"{file}: {PREFIX}camera is {text!r}, expected 'none' or a value such as "
             f"'focal_px=400'; convert the model again with: {_CONVERT}"

@@ -97,15 +97,22 @@ def _file(path: Path, known: Iterable[str]) -> Path:
     raise ModelError(f"model {str(path)!r} {problem}; registered: {', '.join(known) or 'none'}")
 
 
-def check(path: Path, sha256: str) -> None:
+def check(path: Path, sha256: str) -> bool:
     """Checks the hash of a bundled file; other files pass.
+
+    Returns:
+        Whether the file is a bundled one.
 
     Raises:
         ModelError: If the hash differs from the manifest.
     """
     for entry in bundled_models():
-        if entry.path == path and entry.sha256 != sha256:
+        if entry.path != path:
+            continue
+        if entry.sha256 != sha256:
             raise ModelError(
                 f"the bundled model {entry.name!r} is damaged: {path} has sha256 {sha256}, "
                 f"expected {entry.sha256}; reinstall footprints-edge"
             )
+        return True
+    return False

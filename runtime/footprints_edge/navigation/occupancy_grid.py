@@ -21,6 +21,9 @@ from footprints_edge.navigation.obstacles import ROBOT_HEIGHT_M, Obstacles, find
 UNKNOWN, OCCUPIED, VISIBLE, HIDDEN = 0, 1, 2, 3
 """Cell values: unknown, obstacle, visible ground, hidden ground."""
 
+MAX_CELLS = 1500
+"""Most cells in the range of a grid, which has 2 * 1500 * 1500 of them then."""
+
 _OBSTACLE_DEPTH_M = 1.0
 """In the grid of "walkable behind things", a cell without ground counts as occupied up to this
 distance behind the visible surface, the depth of most furniture; farther on, such as behind walls,
@@ -220,10 +223,10 @@ def make_walkable_grid(
 
 
 def _check_sizes(cell_m: float, range_m: float) -> None:
-    if not (np.isfinite(range_m) and 0 < cell_m <= range_m <= 5000 * cell_m):
+    if not (np.isfinite(range_m) and 0 < cell_m <= range_m <= MAX_CELLS * cell_m):
         raise ValueError(
             f"cell_m is {cell_m}, range_m is {range_m}; give positive numbers of metres, with "
-            "1 to 5000 cells in the range"
+            f"1 to {MAX_CELLS} cells in the range"
         )
 
 

@@ -56,7 +56,7 @@ def summarise(prediction: GroundMaps) -> dict[str, Any]:
             "error_m": plane.error_m,
             "known": [name for name, value in known.items() if value is not None],
         },
-        "threshold": prediction.threshold,
+        "threshold": float(prediction.threshold),
         "camera": {
             "fx_px": camera.fx,
             "fy_px": camera.fy,

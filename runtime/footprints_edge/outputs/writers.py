@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from footprints_edge.errors import OutputError
+from footprints_edge.errors import MissingMapError, OutputError
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge.foundation.png import encode_png
+from footprints_edge.foundation.real_path import real_path
 from footprints_edge.foundation.types import Floats, Mask
 from footprints_edge.maps.ground_maps import GroundMaps
 
@@ -40,29 +41,63 @@ def save(
     """
     stem = name or prediction.name or NAMELESS
     targets = output_paths(folder, stem, formats)
-    refuse_overwriting(targets, {prediction.path.resolve()} if prediction.path else set())
-    existing = [] if overwrite else [path for path in targets if path.exists()]
+    refuse_overwriting(targets, {real_path(prediction.path)} if prediction.path else set())
+    existing = [] if overwrite else [path for path in targets if _exists(path)]
     if existing:
         raise OutputError(
             f"existing results: {', '.join(map(str, existing))}; nothing was written; "
             "pass overwrite=True, or another folder or name"
         )
-    write(prediction, targets)
-    return list(targets)
+    written: list[Path] = []
+    write(prediction, targets, written.append)
+    return written
 
 
-def write(prediction: GroundMaps, targets: Mapping[Path, Encoder]) -> None:
+def write(
+    prediction: GroundMaps,
+    targets: Mapping[Path, Encoder],
+    report: Callable[[Path], None] = lambda _: None,
+) -> None:
     """Writes the given files of a prediction and replaces existing ones.
+
+    A file that cannot be made does not stop the others; the first reason is raised in the end. Of
+    `png16`, maps that the model file lacks are left out.
+
+    Args:
+        prediction: The prediction.
+        targets: The files and their encoders.
+        report: Called with each file as soon as it is there.
 
     Raises:
         OutputError: If a folder or a file cannot be written.
+        FootprintsError: If the prediction has no such result, such as a map without ground.
     """
+    first: Exception | None = None
     for path, encode in targets.items():
-        data = encode(prediction)
         try:
-            write_atomically(path, data)
-        except OSError as error:
-            raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+            write_atomically(path, encode(prediction))
+        except MissingMapError as error:
+            if not path.name.endswith(tuple(FORMATS["png16"])):
+                first = first or error
+        except (OSError, ValueError) as error:  # ValueError: a null byte in the name
+            reason = getattr(error, "strerror", None) or error
+            failed = OutputError(f"cannot write {path}: {reason}")
+            failed.__cause__ = error
+            first = first or failed
+        except Exception as error:
+            first = first or error
+        else:
+            report(path)
+    if first is not None:
+        raise first
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError) as error:  # such as a name that is too long
+        reason = getattr(error, "strerror", None) or error
+        raise OutputError(f"cannot write {path}: {reason}") from error
 
 
 def output_paths(folder: Path, name: str, formats: Iterable[str]) -> Mapping[Path, Encoder]:
@@ -80,7 +115,7 @@ def output_paths(folder: Path, name: str, formats: Iterable[str]) -> Mapping[Pat
             f"unknown output format {', '.join(unknown) or '(none given)'}; "
             f"choose from {', '.join(FORMATS)}"
         )
-    if Path(name).name != name:
+    if Path(name).name != name or "\0" in name:
         raise OutputError(f"the name {name!r} is a path; give the folder separately")
     files = (item for wanted_format in wanted for item in FORMATS[wanted_format].items())
     return {
@@ -98,7 +133,7 @@ def refuse_overwriting(targets: Iterable[Path], pictures: Set[Path]) -> None:
         OutputError: If an output is one of the pictures.
     """
     for path in targets:
-        if path.resolve() in pictures:
+        if real_path(path) in pictures:
             raise OutputError(f"{path} is an input picture; choose another folder or name")
 
 
@@ -130,7 +165,7 @@ def _npz(prediction: GroundMaps) -> bytes:
 def _json(prediction: GroundMaps) -> bytes:
     from footprints_edge.outputs.json_summary import summarise
 
-    return (json.dumps(summarise(prediction), indent=2) + "\n").encode("ascii")
+    return (json.dumps(summarise(prediction), indent=2, allow_nan=False) + "\n").encode("ascii")
 
 
 def _ply(prediction: GroundMaps) -> bytes:

@@ -1,7 +1,8 @@
-"""Capture of frames from videos, cameras and pipes, and writing of videos."""
+"""Capture of frames from videos, cameras and pipes."""
 
 import sys
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic, sleep
@@ -12,7 +13,8 @@ import numpy as np
 from footprints_edge.errors import VideoError
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Rgb, Size
-from footprints_edge.video.sources import CAMERA, STREAMS
+from footprints_edge.video.plain_names import plain_name
+from footprints_edge.video.sources import CAMERA, is_live, without_password
 
 USUAL_FPS = 30.0
 """Frames per second of a source that does not state its rate."""
@@ -27,6 +29,9 @@ _TIMEOUT_S = 5.0
 """A live source that is silent for this long has ended."""
 
 _POLL_S = 0.02
+
+MAX_RAW_PX = 2**25
+"""Most pixels of a raw frame: an 8K picture has fewer. Some ten frames are held at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +78,11 @@ class RawFormat:
             raise VideoError(
                 f"{text!r} is not a raw frame size; give WIDTHxHEIGHT[@FPS], such as 640x360@25"
             )
+        if found.size[0] * found.size[1] > MAX_RAW_PX:
+            raise VideoError(
+                f"{text!r} is more than the {MAX_RAW_PX} pixels that a raw frame may have; "
+                "scale the frames down first"
+            )
         return found
 
 
@@ -99,16 +109,39 @@ class Pace:
                 f"every is {self.every} and max_fps is {self.max_fps}; give positive numbers"
             )
 
-    def takes(self, index: int, time_s: float, last_s: float | None) -> bool:
-        """Whether to process a frame; `last_s` is the time of the last processed frame."""
-        if index % self.every:
-            return False
-        # tolerate half a millisecond: containers round their times
-        return self.max_fps is None or last_s is None or time_s - last_s + 5e-4 > 1 / self.max_fps
+    def clock(self) -> "PaceClock":
+        """What decides frame by frame, from the first frame on."""
+        return PaceClock(self)
 
     def fps_of(self, source_fps: float) -> float:
         """Frames per second that remain of a source's rate."""
         return min(source_fps / self.every, self.max_fps or np.inf)
+
+
+class PaceClock:
+    """Decides which frames of one video to process.
+
+    The next frame is due 1 / `max_fps` after the last one was due, not after it came: so that many
+    frames per second remain, whatever the rate of the video.
+    """
+
+    def __init__(self, pace: Pace) -> None:
+        """Starts before the first frame."""
+        self._pace = pace
+        self._due_s: float | None = None
+
+    def takes(self, index: int, time_s: float) -> bool:
+        """Whether to process a frame; to be asked of each one once, in order."""
+        if index % self._pace.every:
+            return False
+        if self._pace.max_fps is None:
+            return True
+        due_s = time_s if self._due_s is None else self._due_s
+        if time_s + 5e-4 < due_s:  # containers round their times
+            return False
+        between_s = 1 / self._pace.max_fps
+        self._due_s = due_s + between_s if due_s + between_s > time_s else time_s + between_s
+        return True
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,31 +172,32 @@ def open_video(named: str, pace: Pace = Pace()) -> Video:
         VideoError: If it cannot be opened, or OpenCV is missing.
     """
     cv2 = opencv()
-    live = named.startswith((CAMERA, *STREAMS))
-    if named.startswith(CAMERA):
-        number = named.removeprefix(CAMERA)
-        if not number.isdecimal():
-            raise VideoError(f"{named}: give the camera's number, such as {CAMERA}0")
-        capture = cv2.VideoCapture(int(number))
-        name = f"camera{number}"
-    elif live:
-        timeouts = [
-            cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, int(1000 * _TIMEOUT_S),
-            cv2.CAP_PROP_READ_TIMEOUT_MSEC, int(1000 * _TIMEOUT_S),
-        ]  # fmt: skip
-        capture = cv2.VideoCapture(named, cv2.CAP_FFMPEG, timeouts)
-        # keep user:password out of file names
-        address = named.split("://", 1)[1].rpartition("@")[2]
-        name = "".join(c if c.isalnum() or c in ".-" else "_" for c in address)
-    else:
-        if not Path(named).is_file():
-            raise VideoError(f"{named}: no such file")
-        capture = cv2.VideoCapture(named)
-        name = Path(named).name
+    live, shown = is_live(named), without_password(named)
+    with ExitStack() as stack:
+        if named.lower().startswith(CAMERA):
+            number = named[len(CAMERA) :]
+            if not number.isdecimal() or len(number) > 4:
+                raise VideoError(f"{named}: give the camera's number, such as {CAMERA}0")
+            capture = cv2.VideoCapture(int(number))
+            name = f"camera{int(number)}"
+        elif live:
+            timeouts = [
+                cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, int(1000 * _TIMEOUT_S),
+                cv2.CAP_PROP_READ_TIMEOUT_MSEC, int(1000 * _TIMEOUT_S),
+            ]  # fmt: skip
+            capture = cv2.VideoCapture(named, cv2.CAP_FFMPEG, timeouts)
+            # keep user:password out of file names
+            address = named.split("://", 1)[1].rpartition("@")[2].partition("?")[0]
+            name = "".join(c if c.isalnum() or c in ".-" else "_" for c in address)
+        else:
+            if not Path(named).is_file():
+                raise VideoError(f"{named}: no such file")
+            capture = cv2.VideoCapture(stack.enter_context(plain_name(Path(named))))
+            name = Path(named).name
     if not capture.isOpened():
         capture.release()
         raise VideoError(
-            f"{named} cannot be opened: "
+            f"{shown} cannot be opened: "
             + (
                 "no answer; check the address or the camera's number"
                 if live
@@ -179,7 +213,7 @@ def open_video(named: str, pace: Pace = Pace()) -> Video:
         name,
         live,
         pace.fps_of(fps),
-        _captured(cv2, capture, pace, fps, named if live else None),
+        _captured(cv2, capture, pace, fps, shown if live else None),
         round(count * processed_share) if count_known else None,
         None if live else Path(named),
     )
@@ -189,8 +223,15 @@ def open_raw(layout: RawFormat, pace: Pace = Pace(), pipe: BinaryIO | None = Non
     """Reads raw RGB frames from a pipe; None means standard input.
 
     The writer of the pipe waits, so no frame is dropped.
+
+    Raises:
+        VideoError: If this process has no standard input.
     """
-    frames = _piped(pipe or sys.stdin.buffer, layout, pace)
+    if pipe is None:
+        if sys.stdin is None:
+            raise VideoError("there is no standard input; pipe frames into this command")
+        pipe = sys.stdin.buffer
+    frames = _piped(pipe, layout, pace)
     return Video("stdin", False, pace.fps_of(layout.fps), frames)
 
 
@@ -204,8 +245,8 @@ def _captured(
     """The frames of an OpenCV capture; frames that `pace` skips are not converted to RGB."""
     count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
     index, missed = 0, 0
-    start_s = received_s = monotonic()
-    last_s = None
+    start_s, received_s = None, monotonic()
+    clock = pace.clock()
     try:
         while True:
             if not capture.grab():
@@ -220,14 +261,21 @@ def _captured(
                 elif missed > _MAX_BROKEN or index + missed >= count:
                     break
                 continue
-            yield from _broken(index, 1 if live and missed else missed, fps)
-            index, missed, received_s = index + missed, 0, monotonic()
+            received_s = monotonic()
+            start_s = received_s if start_s is None else start_s
+            if live:  # what was missed are looks for a frame: one gap
+                if missed and index:
+                    yield VideoFrame(index, received_s - start_s, None)
+                    index += 1
+            else:
+                yield from _broken(index, missed, fps)
+                index += missed
+            missed = 0
             stated_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
             time_s = index / fps if stated_s <= 0 else stated_s
             if live:
                 time_s = received_s - start_s
-            if pace.takes(index, time_s, last_s):
-                last_s = time_s
+            if clock.takes(index, time_s):
                 good, bgr = capture.retrieve()
                 rgb = cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB) if good else None
                 yield VideoFrame(index, time_s, rgb)
@@ -246,58 +294,11 @@ def _broken(index: int, count: int, fps: float) -> Iterator[VideoFrame]:
 def _piped(pipe: BinaryIO, layout: RawFormat, pace: Pace) -> Iterator[VideoFrame]:
     height, width = layout.size
     length = height * width * 3
-    index, last_s = 0, None
+    index, clock = 0, pace.clock()
     while data := pipe.read(length):
         time_s = index / layout.fps
-        if pace.takes(index, time_s, last_s):
-            last_s = time_s
+        if clock.takes(index, time_s):
             whole = len(data) == length
             rgb = np.frombuffer(data, np.uint8).reshape(height, width, 3) if whole else None
             yield VideoFrame(index, time_s, rgb)
         index += 1
-
-
-class VideoFile:
-    """Writes a video to a temporary file, which `close` renames."""
-
-    def __init__(self, path: Path, fps: float) -> None:
-        """Sets the path; the file is created with the first frame.
-
-        Args:
-            path: Destination: `.mp4`, MPEG-4 video.
-            fps: Frames per second.
-        """
-        self._cv2 = opencv()
-        self._path, self._fps = path, fps
-        self._temporary = path.with_name(f".fp-{path.name}")
-        self._writer: Any = None
-        self._size: Size | None = None
-
-    def write(self, bgr: Rgb) -> None:
-        """Adds a frame, uint8 (H, W, 3), BGR, with even sides; all frames have one size.
-
-        Raises:
-            VideoError: If the file cannot be written.
-        """
-        size = (bgr.shape[0], bgr.shape[1])
-        if self._writer is None:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            code = self._cv2.VideoWriter_fourcc(*"mp4v")
-            self._writer = self._cv2.VideoWriter(str(self._temporary), code, self._fps, size[::-1])
-            self._size = size
-            if not self._writer.isOpened():
-                raise VideoError(
-                    f"{self._path} cannot be written as MPEG-4 video; check the folder, or install "
-                    "an OpenCV with FFmpeg"
-                )
-        if size != self._size:  # the stream has changed its size
-            assert self._size is not None
-            bgr = self._cv2.resize(bgr, self._size[::-1], interpolation=self._cv2.INTER_AREA)
-        self._writer.write(bgr)
-
-    def close(self) -> None:
-        """Finishes the file; without frames, no file appears."""
-        if self._writer is not None:
-            self._writer.release()
-            self._writer = None
-            self._temporary.replace(self._path)

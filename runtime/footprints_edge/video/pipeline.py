@@ -6,13 +6,17 @@ from dataclasses import dataclass
 from queue import Full, Queue
 from threading import Event, Semaphore, Thread
 from time import perf_counter
-from typing import Generic, Protocol
+from typing import Generic, Literal, Protocol, TypeAlias
 
 from footprints_edge.errors import FootprintsError, VideoError
 from footprints_edge.foundation.types import Rgb
 from footprints_edge.maps.ground_maps import GroundMaps, MapsT
 from footprints_edge.video.capture import Video, VideoFrame
 from footprints_edge.video.frame_queue import POLL_S, QUEUE_SIZE, FrameQueue
+
+Ending: TypeAlias = Literal["whole", "interrupted", "failed"]
+"""How a video ended: all of it was processed, somebody ended it early, or it failed, which a video
+without a usable frame does, too."""
 
 
 class Sink(Protocol):
@@ -21,7 +25,7 @@ class Sink(Protocol):
     def write(self, frame: VideoFrame, prediction: GroundMaps) -> None:
         """Writes one frame."""
 
-    def close(self) -> None:
+    def close(self, ending: Ending) -> None:
         """Finishes the output; called once, even after an error."""
 
 
@@ -65,7 +69,8 @@ def run_pipeline(
     One thread decodes, `at_once` threads predict, and one feeds the sinks. At most `QUEUE_SIZE`
     frames wait before and after the prediction. If a later stage is slower, a file waits, while a
     live source drops its oldest waiting frame. Broken frames are counted and skipped. Ctrl-C ends
-    the video early: frames in progress are still written.
+    the video early: frames in progress are still written. A sink that fails does not stop the
+    others.
 
     Args:
         video: The video to read; closed at the end.
@@ -86,8 +91,11 @@ def run_pipeline(
     decoder = _Decoder(video, stats)
     predictors: _Predictors[MapsT] = _Predictors(decoder, predict, at_once)
     writer = _Writer(sinks)
+    item: tuple[VideoFrame, Future[MapsT] | None] | None = None
+    finished: VideoFrame | None = None
 
     def finish(frame: VideoFrame, future: Future[MapsT] | None) -> None:
+        nonlocal finished
         try:
             if future is None:
                 raise VideoError("cannot be decoded")
@@ -97,26 +105,36 @@ def run_pipeline(
         except FootprintsError as error:
             stats.broken += 1
             stats.reason = stats.reason or f"frame {frame.index}: {error}"
+            finished = frame
             return
         writer.write(frame, prediction)
+        finished = frame
         stats.frames += 1
         stats.seconds = perf_counter() - start_s
         progress(stats)
 
     for stage in (decoder, predictors, writer):
         stage.start()
+    ending: Ending = "failed"
     try:
         while not writer.failed and (item := predictors.next()) is not None:
             finish(*item)
     except KeyboardInterrupt:
         stats.interrupted = True
         predictors.stop()
+        if item is not None and item[0] is not finished:  # Ctrl-C came between
+            finish(*item)
         while (item := predictors.next()) is not None:
             finish(*item)
+        ending = "interrupted"
+    else:
+        ending = "whole"
     finally:
         predictors.end()
         decoder.end()
-        writer.end()
+        if predictors.error or not stats.frames or (decoder.error and not video.live):
+            ending = "failed"
+        writer.end(ending)
     stats.seconds = perf_counter() - start_s
     for error in (writer.error, predictors.error, decoder.error):
         if error is not None:
@@ -185,6 +203,7 @@ class _Predictors(_Stage, Generic[MapsT]):
         self._pool = ThreadPoolExecutor(at_once, thread_name_prefix="predict")
         self._free = Semaphore(at_once)
         self._pending: Queue[tuple[VideoFrame, Future[MapsT] | None] | None] = Queue()
+        self._next: tuple[VideoFrame, Future[MapsT] | None] | None = None
 
     def work(self) -> None:
         try:
@@ -198,12 +217,15 @@ class _Predictors(_Stage, Generic[MapsT]):
     def next(self) -> tuple[VideoFrame, Future[MapsT] | None] | None:
         """Waits for the prediction of the next frame; None after the last one.
 
-        A frame that could not be decoded has no prediction.
+        A frame that could not be decoded has no prediction. A wait that Ctrl-C ends loses none.
         """
-        item = self._pending.get()
+        if self._next is None:
+            self._next = self._pending.get()
+        item, future = self._next, self._next and self._next[1]
+        if future is not None:
+            wait([future])
+        self._next = None
         if item is not None:
-            if item[1] is not None:
-                wait([item[1]])
             self._free.release()
         return item
 
@@ -220,27 +242,39 @@ class _Predictors(_Stage, Generic[MapsT]):
 class _Writer(_Stage):
     def __init__(self, sinks: Sequence[Sink]) -> None:
         super().__init__()
-        self._sinks = sinks
+        self._open = list(sinks)
+        self._ending: Ending = "failed"
         self._queue: Queue[tuple[VideoFrame, GroundMaps] | None] = Queue(QUEUE_SIZE)
 
     @property
     def failed(self) -> bool:
-        return self.error is not None
+        """Whether no sink is left."""
+        return self.error is not None and not self._open
 
     def work(self) -> None:
-        try:
-            while (item := self._queue.get()) is not None:
-                for sink in self._sinks:
+        while not self.failed and (item := self._queue.get()) is not None:
+            for sink in list(self._open):
+                try:
                     sink.write(*item)
-        finally:
-            for sink in self._sinks:
-                sink.close()
+                except Exception as error:  # the other sinks go on
+                    self.error = self.error or error
+                    self._open.remove(sink)
+                    self._close(sink, "failed")
+        while self._open:
+            self._close(self._open.pop(0), self._ending)
+
+    def _close(self, sink: Sink, ending: Ending) -> None:
+        try:
+            sink.close(ending)
+        except Exception as error:
+            self.error = self.error or error
 
     def write(self, frame: VideoFrame, prediction: GroundMaps) -> None:
         self._put((frame, prediction))
 
-    def end(self) -> None:
+    def end(self, ending: Ending) -> None:
         """Waits until everything is written."""
+        self._ending = ending
         self._put(None)
         self.join()
 

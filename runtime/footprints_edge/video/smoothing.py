@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge.errors import GroundPlaneError
+from footprints_edge.errors import GroundPlaneError, MissingMapError
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Floats, Mask
 from footprints_edge.maps.ground_maps import GroundMaps, MapsT
@@ -96,32 +96,26 @@ class Tracker:
         else:
             ground_xy, depth_ratio = motion.before((height, width))
             ground_unchanged = np.ones_like(unchanged)  # an occluder does not change the ground
-        smoothed = now.with_maps(
-            visible_ground_probability=_blend(
-                now.visible_ground_probability,
-                self._warp(before.visible_ground_probability, flow_xy),
-                unchanged,
-            ),
-            ground_probability=_blend(
-                now.ground_probability,
-                self._warp(before.ground_probability, ground_xy),
-                ground_unchanged,
-            ),
-            visible_depth_m=_blend_depth(
-                now.visible_depth_m,
-                _depth_now(self._warp(before.visible_depth_m, flow_xy), motion, now),
-                unchanged,
-            ),
-        )
-        if now.pose.everything:  # its ground lies on the plane that is known
-            return smoothed
-        return smoothed.with_maps(
-            unmasked_ground_depth_m=_blend_depth(
-                now.unmasked_ground_depth_m,
-                self._warp(before.unmasked_ground_depth_m, ground_xy) / depth_ratio,
-                ground_unchanged,
-            ),
-        )
+        moved = {
+            "visible_ground_probability": (flow_xy, unchanged),
+            "ground_probability": (ground_xy, ground_unchanged),
+            "visible_depth_m": (flow_xy, unchanged),
+            "unmasked_ground_depth_m": (ground_xy, ground_unchanged),
+        }
+        if now.laid_onto is not None and now.pose.everything:  # it lies on the plane that is known
+            del moved["unmasked_ground_depth_m"]
+        smoothed: dict[str, Floats] = {}
+        for name, (previous_xy, where) in moved.items():
+            if not now.has(name):  # the model file lacks it
+                continue
+            warped = self._warp(getattr(before, name), previous_xy)
+            if name == "visible_depth_m":
+                warped = _depth_now(warped, motion, now)
+            if name == "unmasked_ground_depth_m":
+                warped = warped / depth_ratio
+            blend = _blend_depth if name.endswith("_m") else _blend
+            smoothed[name] = blend(getattr(now, name), warped, where)
+        return now.with_maps(laid_onto=None, **smoothed)
 
     def _warp(self, values: NDArray[Any], previous_xy: Floats) -> Floats:
         """Samples previous values at pixels (h, w, 2); NaN outside the picture."""
@@ -133,6 +127,8 @@ class Tracker:
     def _ground_motion(self, now: GroundMaps, flow: Floats, unchanged: Mask) -> GroundMotion | None:
         """Fits the ground's motion to the flow on visible ground; None if there is too little."""
         cv2 = self._cv2
+        if not now.has("visible_ground_probability"):
+            return None
         samples = np.flatnonzero(now.visible_ground & unchanged)
         if len(samples) < _MIN_GROUND_PX:
             return None
@@ -150,7 +146,7 @@ class Tracker:
 def _depth_now(depth_before_m: Floats, motion: GroundMotion | None, now: GroundMaps) -> Floats:
     """Converts previous depths to the current camera; all NaN without motion or ground plane."""
     if motion is not None:
-        with suppress(GroundPlaneError):
+        with suppress(GroundPlaneError, MissingMapError):
             return motion.now_from_before(depth_before_m, now.ground_plane())
     return np.full_like(depth_before_m, np.nan)
 

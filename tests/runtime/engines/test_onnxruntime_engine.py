@@ -119,10 +119,10 @@ def plugin(monkeypatch):
         if loads:
             register = lambda name, library: None  # noqa: ARG005, E731
             monkeypatch.setattr(engine_module.ort, "register_execution_provider_library", register)
-        engine_module._plugin_providers.cache_clear()
+        engine_module._registered.cache_clear()
 
     yield install
-    engine_module._plugin_providers.cache_clear()
+    engine_module._registered.cache_clear()
 
 
 def test_a_plugin_without_a_device_here_is_refused(tiny_path, plugin):

@@ -117,3 +117,12 @@ def test_uneven_ground_has_no_plane():
     )
     with pytest.raises(GroundPlaneError, match="not flat"):
         uneven.ground_plane()
+
+
+def test_numbers_of_numpy_become_numbers_and_words_are_refused():
+    pose = CameraPose(*np.float32([1.5, 10, 2]))
+    assert [type(value) for value in (pose.height_m, pose.pitch_deg, pose.roll_deg)] == [float] * 3
+    with pytest.raises(CameraPoseError, match="pitch_deg is 'steep'"):
+        CameraPose(pitch_deg="steep")
+    with pytest.raises(CameraPoseError, match="gravity"):
+        CameraPose.from_gravity("down")

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from footprints_edge.errors import IntrinsicsError
+from footprints_edge.inputs import calibration as calibration_module
 from footprints_edge.inputs.calibration import Calibration
-from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.inputs.images import DecodedImage, ReducibleFile
 
 cv2 = pytest.importorskip("cv2")
 
@@ -121,3 +122,25 @@ def test_a_picture_of_another_shape_is_refused(tmp_path):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(IntrinsicsError, match=r"none\.yaml"):
         Calibration.read(tmp_path / "none.yaml")
+
+
+def test_a_very_large_picture_is_rectified_at_a_reduced_size(tmp_path, monkeypatch):
+    calibration = read(tmp_path, "plumb_bob", "ros")
+    whole, of_whole = calibration.rectified(DecodedImage(np.zeros((960, 1280, 3), np.uint8)))
+    monkeypatch.setattr(calibration_module, "_MOST_PX", 960 * 1280 - 1)
+    file = ReducibleFile(b"", "a.jpg", (960, 1280))
+    image = DecodedImage(np.zeros((480, 640, 3), np.uint8), "a.jpg", file=file)
+    reduced, camera = calibration.rectified(image)
+    assert (whole.size, whole.notes, reduced.size) == ((960, 1280), (), (480, 640))
+    assert "640 x 480" in reduced.notes[0]
+    assert camera.fx == pytest.approx(of_whole.fx / 2, rel=0.01)
+
+
+@pytest.mark.parametrize("side", [".nan", ".inf", "-5", "1e300"])
+def test_a_side_that_no_picture_has_is_refused(tmp_path, side):
+    calibration = read(tmp_path, "plumb_bob", "ros")
+    assert calibration.size == (480, 640)
+    (path,) = tmp_path.iterdir()
+    path.write_text(path.read_text().replace("image_width: 640", f"image_width: {side}"))
+    with pytest.raises(IntrinsicsError, match="cannot be"):
+        Calibration.read(path)

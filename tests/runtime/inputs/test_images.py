@@ -1,11 +1,13 @@
 import io
+import math
 import struct
 import zlib
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, TiffImagePlugin
 from PIL.ExifTags import IFD, Base
+from PIL.PngImagePlugin import PngInfo
 
 from footprints_edge.errors import ImageError
 from footprints_edge.inputs import images
@@ -352,22 +354,150 @@ def test_a_jpeg_is_decoded_twice_only_on_demand(monkeypatch):
     assert decoded.at_least((90, 200)).shape == (100, 200, 3)
 
 
+def jpeg_of(picture, **options):
+    buffer = io.BytesIO()
+    Image.fromarray(picture).save(buffer, "JPEG", quality=90, **options)
+    return buffer.getvalue()
+
+
+def noisy(height=320, width=480):
+    return np.random.default_rng(0).integers(0, 256, (height, width, 3), np.uint8)
+
+
+def with_focal(focal_mm, size=None, taken=None, orientation=1):
+    exif = Image.Exif()
+    exif[Base.Orientation] = orientation
+    block = exif.get_ifd(IFD.Exif)
+    block[Base.FocalLengthIn35mmFilm] = focal_mm
+    if taken is not None:
+        block[Base.ExifImageWidth], block[Base.ExifImageHeight] = taken
+    return decode(jpeg_of(noisy(*(size or (40, 60))), exif=exif))
+
+
+@pytest.mark.parametrize("focal_mm", [0, 1, 3, 6000, 65535])
+def test_a_focal_length_of_no_lens_counts_as_not_stated(focal_mm):
+    assert with_focal(focal_mm).focal_35mm is None
+    assert with_focal(28).focal_35mm == 28
+
+
 @pytest.mark.parametrize(
-    ("size", "factor"),
+    ("size", "taken", "expected"),
     [
-        ((400, 300), 1.0),
-        ((200, 150), 1.0),
-        ((300, 300), 500 / np.hypot(300, 300)),
-        ((600, 600), 1.0),
+        ((360, 640), (640, 360), 28),
+        ((180, 320), (640, 360), 28),  # resized
+        ((270, 320), (640, 360), 28 * math.hypot(640, 360) / math.hypot(320, 270)),  # cropped
+        ((350, 300), (640, 360), 28 * math.hypot(640, 360) / math.hypot(350, 300)),  # upright crop
+        ((640, 360), (640, 360), 28),  # turned
+        ((800, 640), (640, 360), None),  # neither
     ],
 )
 @pytest.mark.parametrize("orientation", [1, 6])
-def test_a_crop_has_the_focal_length_of_the_whole_shot(size, factor, orientation):
-    exif = Image.Exif()
-    exif[Base.Orientation] = orientation
-    of_shot = exif.get_ifd(IFD.Exif)
-    of_shot[Base.FocalLengthIn35mmFilm] = 27
-    of_shot[Base.ExifImageWidth], of_shot[Base.ExifImageHeight] = 400, 300
+def test_a_cropped_picture_keeps_its_lens(size, taken, expected, orientation):
+    found = with_focal(28, size, taken, orientation).focal_35mm
+    assert found == (None if expected is None else pytest.approx(expected))
+
+
+def png_with(text=b"", *, break_checksum=False):
+    notes = PngInfo()
+    notes.add_text("workflow", text.decode(), zip=True)
     buffer = io.BytesIO()
-    Image.new("RGB", size).save(buffer, "JPEG", exif=exif)
-    assert decode(buffer.getvalue()).focal_35mm == pytest.approx(27 * factor)
+    Image.fromarray(noisy()).save(buffer, "PNG", pnginfo=notes)
+    data = bytearray(buffer.getvalue())
+    if break_checksum:
+        data[data.index(b"zTXt") + 10] ^= 1
+    return bytes(data)
+
+
+@pytest.mark.parametrize(
+    "data", [png_with(b"x" * 2_000_000), png_with(b"note", break_checksum=True)]
+)
+def test_notes_in_a_png_do_not_stop_it(data):
+    picture = decode(data)
+    np.testing.assert_array_equal(picture.pixels, noisy())
+    assert "texts" in picture.notes[0]
+    assert decode(png_with(b"short")).notes == ()
+
+
+def test_a_png_with_damaged_pixels_is_refused():
+    data = bytearray(png_with(b"note"))
+    data[data.index(b"IDAT") + 50] ^= 255
+    with pytest.raises(ImageError):
+        decode(bytes(data))
+
+
+def test_a_jpeg_without_its_last_bytes_is_read_with_a_note():
+    whole = jpeg_of(noisy())
+    assert decode(whole).notes == ()
+    for cut in (2, 20, 500):
+        picture = decode(whole[:-cut])
+        assert "last bytes" in picture.notes[0]
+        same = (picture.pixels == decode(whole).pixels).all(axis=(1, 2))
+        assert same[: len(same) * 9 // 10].all()
+
+
+@pytest.mark.parametrize("share", [0.5, 0.8])
+@pytest.mark.parametrize("options", [{}, {"progressive": True}])
+def test_half_a_jpeg_is_refused(share, options):
+    whole = jpeg_of(noisy(), **options)
+    with pytest.raises(ImageError, match="truncated"):
+        decode(whole[: round(share * len(whole))])
+
+
+@pytest.mark.parametrize("mode", ["L", "P", "RGBA", "1", "F", "I;16", "LA"])
+def test_large_pictures_are_reduced_in_parts(mode, monkeypatch, tmp_path):
+    suffix = "tif" if mode in {"F", "I;16"} else "png"
+    grey = Image.fromarray(noisy()[..., 0])
+    if mode in {"F", "I;16"}:
+        kind = np.float32 if mode == "F" else np.uint16
+        image = Image.fromarray(np.asarray(grey).astype(kind) * kind(1 if mode == "F" else 257))
+    else:
+        image = grey.convert(mode)
+    image.save(tmp_path / f"a.{suffix}")
+    whole = decode(tmp_path / f"a.{suffix}")
+    monkeypatch.setattr(images, "_WHOLE_PX", 1000)
+    monkeypatch.setattr(images, "_STRIP_PX", 480 * 7)
+    reduced = decode(tmp_path / f"a.{suffix}", lambda _: (100, 150))
+    assert reduced.size == whole.size == (320, 480)
+    assert reduced.pixels.shape == (107, 160, 3)
+    expected = np.asarray(Image.fromarray(whole.pixels).reduce(3))
+    np.testing.assert_allclose(reduced.pixels.astype(int), expected, atol=1)
+    np.testing.assert_array_equal(reduced.rgb, whole.pixels)
+
+
+def test_a_long_side_has_a_limit():
+    with pytest.raises(ImageError, match="along a side"):
+        decode(np.zeros((1, images.MAX_SIDE + 1, 3), np.uint8))
+
+
+def test_a_jpeg_may_be_larger_than_other_pictures(monkeypatch):
+    monkeypatch.setattr(images, "MAX_PIXELS", 1000)
+    assert decode(jpeg_of(noisy()), lambda _: (40, 60)).size == (320, 480)
+
+
+def test_raw_files_are_refused_by_name_and_by_content(tmp_path):
+    (tmp_path / "a.DNG").write_bytes(jpeg_of(noisy()))
+    with pytest.raises(ImageError, match="raw file of a camera"):
+        decode(tmp_path / "a.DNG")
+    tags = TiffImagePlugin.ImageFileDirectory_v2()
+    tags[50706] = b"\x01\x04\x00\x00"
+    Image.fromarray(noisy()).save(tmp_path / "b.tif", tiffinfo=tags)
+    with pytest.raises(ImageError, match="raw file of a camera"):
+        decode(tmp_path / "b.tif")
+
+
+def test_heic_is_named(monkeypatch):
+    monkeypatch.setattr(images, "reads_heif", lambda: False)
+    with pytest.raises(ImageError, match=r"HEIC.*pip install pillow-heif"):
+        decode(b"\0\0\0\x18ftypheic" + bytes(200))
+
+
+def test_any_path_and_any_reader_within_the_limit(tmp_path, monkeypatch):
+    class Folder:
+        def __fspath__(self):
+            return str(tmp_path / "a.jpg")
+
+    (tmp_path / "a.jpg").write_bytes(jpeg_of(noisy()))
+    assert decode(Folder()).name == "a.jpg"
+    monkeypatch.setattr(images, "MAX_BYTES", 100)
+    with pytest.raises(ImageError, match="larger than 100 bytes"):
+        decode(io.BytesIO(bytes(101)))

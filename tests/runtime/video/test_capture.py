@@ -1,16 +1,20 @@
-"""Frames of files, cameras and pipes, broken ones included, and written videos."""
+"""Frames of files, cameras and pipes, broken ones included."""
 
 import io
+import os
+import shutil
 import sys
+from itertools import chain, repeat
 
 import numpy as np
 import pytest
-from videos import SIZE, index_of, indices_of, shade, write_video
+from videos import SIZE, index_of, indices_of, write_video
 
 from footprints_edge.errors import VideoError
 from footprints_edge.foundation import opencv as opencv_module
-from footprints_edge.video.capture import Pace, RawFormat, VideoFile, open_raw, open_video
-from footprints_edge.video.sources import is_video
+from footprints_edge.video import capture
+from footprints_edge.video.capture import Pace, RawFormat, open_raw, open_video
+from footprints_edge.video.sources import is_video, without_password
 
 cv2 = pytest.importorskip("cv2")
 
@@ -111,14 +115,73 @@ def test_invalid_raw_formats_are_refused(text):
         RawFormat.parse(text)
 
 
-def test_a_written_video_is_whole_and_nothing_else_is_left(tmp_path):
-    file = VideoFile(tmp_path / "sub" / "out.mp4", 12.0)
-    assert list(tmp_path.iterdir()) == []
-    for index in range(5):
-        file.write(shade(index))
-    file.write(np.zeros((32, 48, 3), np.uint8))  # a stream that changed its size
-    file.close()
-    assert [path.name for path in (tmp_path / "sub").iterdir()] == ["out.mp4"]
-    again = open_video(str(tmp_path / "sub" / "out.mp4"))
-    assert again.fps == 12
-    assert np.diff(indices_of(again)[:5]).tolist() == [1, 1, 1, 1]
+@pytest.mark.parametrize(("fps", "most"), [(30, 20), (30, 29), (29.97, 25), (15, 20), (60, 7)])
+def test_max_fps_keeps_that_many_frames_whatever_the_rate(fps, most):
+    clock = Pace(max_fps=most).clock()
+    taken = sum(clock.takes(index, index / fps) for index in range(round(10 * fps)))
+    assert taken == pytest.approx(10 * min(fps, most), abs=1)
+
+
+def test_after_a_gap_the_pace_goes_on():
+    clock = Pace(max_fps=10).clock()
+    taken = [time_s for time_s in [0, 0.05, 0.1, 5.0, 5.05, 5.1] if clock.takes(0, time_s)]
+    assert taken == [0, 0.1, 5.0, 5.1]
+
+
+def test_names_that_opencv_cannot_take_are_opened(tmp_path, monkeypatch, clip):
+    monkeypatch.chdir(tmp_path)
+    for name in ("12:30:05.avi", os.fsdecode(b"gr\xfcn.avi")):
+        shutil.copy(clip, name)
+        assert len(indices_of(open_video(name))) == 20
+
+
+def test_a_password_is_not_shown():
+    named = "rtsp://viewer:hun@ter22@127.0.0.1:9/live?token=abc&x=1"
+    assert without_password(named) == "rtsp://***@127.0.0.1:9/live?token=***&x=1"
+    assert without_password("rtsp://127.0.0.1/live") == "rtsp://127.0.0.1/live"
+    assert without_password("a@b.mp4") == "a@b.mp4"
+
+
+class FakeCamera:
+    """A camera that gives its frames, with failures to grab between them."""
+
+    def __init__(self, grabs):
+        self._grabs = iter(grabs)
+
+    def grab(self):
+        return next(self._grabs)
+
+    def retrieve(self):
+        return True, np.zeros((4, 4, 3), np.uint8)
+
+    def get(self, _):
+        return 0.0
+
+    def release(self):
+        pass
+
+
+def test_a_gap_of_a_camera_is_one_broken_frame(monkeypatch):
+    monkeypatch.setattr(capture, "_POLL_S", 0.0)
+    grabs = [False] * 5 + [True] * 3 + [False] * 10 + [True] * 2
+    camera = FakeCamera(chain(grabs, repeat(False)))
+    monkeypatch.setattr(capture, "_TIMEOUT_S", 0.05)
+    frames = capture._captured(pytest.importorskip("cv2"), camera, Pace(), 30.0, "camera:0")
+    seen = []
+    with pytest.raises(VideoError, match="camera:0 has sent nothing"):
+        for frame in frames:
+            seen.append((frame.index, frame.rgb is not None))
+            if len(seen) == 1:
+                assert frame.time_s == 0
+    assert seen == [(0, True), (1, True), (2, True), (3, False), (4, True), (5, True)]
+
+
+def test_raw_frames_need_a_standard_input(monkeypatch):
+    monkeypatch.setattr("sys.stdin", None)
+    with pytest.raises(VideoError, match="no standard input"):
+        open_raw(RawFormat((4, 4)))
+
+
+def test_a_raw_frame_has_a_limit():
+    with pytest.raises(VideoError, match="more than"):
+        RawFormat.parse("200000x200000")

@@ -9,6 +9,7 @@ import pytest
 from videos import shade
 
 from footprints_edge.errors import ModelError, VideoError
+from footprints_edge.video import pipeline
 from footprints_edge.video.capture import Video, VideoFrame, open_video
 from footprints_edge.video.pipeline import QUEUE_SIZE, run_pipeline
 
@@ -20,7 +21,7 @@ class Collector:
     """A sink that keeps its frames; it may be slow, or fail at a frame."""
 
     def __init__(self, delay_s=0.0, fails_at=None):
-        self.got, self.closed, self.delay_s, self.fails_at = [], 0, delay_s, fails_at
+        self.got, self.endings, self.delay_s, self.fails_at = [], [], delay_s, fails_at
 
     def write(self, frame, prediction):
         if len(self.got) == self.fails_at:
@@ -28,8 +29,12 @@ class Collector:
         time.sleep(self.delay_s)
         self.got.append((frame.index, prediction))
 
-    def close(self):
-        self.closed += 1
+    def close(self, ending):
+        self.endings.append(ending)
+
+    @property
+    def closed(self):
+        return len(self.endings)
 
     @property
     def indices(self):
@@ -171,6 +176,26 @@ def test_begun_frames_are_written_when_the_video_is_interrupted():
     assert len(begun) < 20
 
 
+@pytest.mark.parametrize("during", ["wait", "then"])
+def test_the_frame_at_which_ctrl_c_comes_is_written(during, monkeypatch):
+    calls = []
+
+    def interrupted(value, **_):
+        calls.append(value)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return value
+
+    if during == "wait":
+        monkeypatch.setattr(pipeline, "wait", interrupted)
+    sink = Collector()
+    then = interrupted if during == "then" else None
+    stats = run_pipeline(source(map(numbered, range(100))), number_of, [sink], then=then)
+    assert stats.interrupted
+    assert sink.indices == list(range(stats.frames))
+    assert stats.frames >= 3
+
+
 def test_a_file_waits_for_a_slow_consumer():
     read = []
 
@@ -225,12 +250,26 @@ def test_broken_frames_are_counted_and_the_others_come_out():
     assert stats.reason == "frame 2: no memory for this one"
 
 
-def test_a_failing_sink_stops_the_video_and_all_sinks_are_closed():
-    good, bad = Collector(), Collector(fails_at=3)
+def test_a_video_stops_when_no_sink_is_left():
+    bad = Collector(fails_at=3)
     endless = (VideoFrame(index, index / 30, shade(0)) for index in count())
     with pytest.raises(OSError, match="disk full"):
-        run_pipeline(source(endless), lambda rgb: rgb, [good, bad])
-    assert (good.closed, bad.closed) == (1, 1)
+        run_pipeline(source(endless), lambda rgb: rgb, [bad])
+    assert bad.endings == ["failed"]
+
+
+def test_a_failing_sink_does_not_stop_the_others():
+    good, bad = Collector(), Collector(fails_at=3)
+    with pytest.raises(OSError, match="disk full"):
+        run_pipeline(source(some_frames(20)), lambda rgb: rgb, [bad, good])
+    assert (good.indices, good.endings) == (list(range(20)), ["whole"])
+    assert bad.endings == ["failed"]
+
+
+def test_a_video_without_a_usable_frame_failed():
+    sink = Collector()
+    run_pipeline(source(some_frames(0)), lambda rgb: rgb, [sink])
+    assert sink.endings == ["failed"]
 
 
 def test_an_error_of_the_source_is_raised_after_its_frames_are_written():
@@ -241,7 +280,7 @@ def test_an_error_of_the_source_is_raised_after_its_frames_are_written():
     sink = Collector()
     with pytest.raises(VideoError, match="the camera is gone"):
         run_pipeline(source(failing()), lambda rgb: rgb, [sink])
-    assert (len(sink.got), sink.closed) == (5, 1)
+    assert (len(sink.got), sink.endings) == (5, ["failed"])
 
 
 def test_no_thread_is_left_behind(clip):

@@ -1,0 +1,109 @@
+"""A video as an iterator over its predictions, on the pipeline that the command uses."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from queue import Empty, Full, Queue
+from threading import Event, Thread
+from typing import Generic, cast
+
+from footprints_edge.errors import VideoError
+from footprints_edge.foundation.types import Rgb
+from footprints_edge.maps.ground_maps import MapsT
+from footprints_edge.video.capture import Video, VideoFrame
+from footprints_edge.video.frame_queue import POLL_S
+from footprints_edge.video.pipeline import Ending, Sink, run_pipeline
+
+
+@dataclass(frozen=True, eq=False)
+class StreamedFrame(Generic[MapsT]):
+    """One frame of a video.
+
+    Attributes:
+        index: Position in the video, from 0; skipped frames count.
+        time_s: Seconds since the first frame, by the video's clock, or by ours for live sources.
+        prediction: The maps.
+    """
+
+    index: int
+    time_s: float
+    prediction: MapsT
+
+
+def stream_video(
+    video: Video,
+    predict: Callable[[Rgb], MapsT],
+    *,
+    then: Callable[[MapsT], MapsT] | None = None,
+    at_once: int = 1,
+) -> Iterator[StreamedFrame[MapsT]]:
+    """Yields the frames of a video; the arguments are those of `run_pipeline`.
+
+    Raises:
+        FootprintsError: If the source fails.
+    """
+    if at_once < 1:
+        raise ValueError(f"workers is {at_once}; give a positive number")
+    return _frames(video, predict, then, at_once)
+
+
+def _frames(
+    video: Video,
+    predict: Callable[[Rgb], MapsT],
+    then: Callable[[MapsT], MapsT] | None,
+    at_once: int,
+) -> Iterator[StreamedFrame[MapsT]]:
+    sink: _Handover[MapsT] = _Handover()
+    failed: list[Exception] = []
+
+    def work() -> None:
+        try:
+            # the frames that come out are of the kind that `predict` makes
+            run_pipeline(video, predict, [cast(Sink, sink)], at_once=at_once, then=then)
+        except Exception as error:  # raised below, in the caller's thread
+            failed.append(error)
+
+    thread = Thread(target=work, name="stream", daemon=True)
+    thread.start()
+    try:
+        while (frame := sink.get(thread)) is not None:
+            yield frame
+    finally:
+        sink.left.set()
+        thread.join(timeout=10)
+    if failed:
+        raise failed[0]
+
+
+class _LeftError(VideoError):
+    """Nobody takes the frames any more."""
+
+
+class _Handover(Generic[MapsT]):
+    """A sink whose frames another thread takes."""
+
+    def __init__(self) -> None:
+        self._queue: Queue[StreamedFrame[MapsT]] = Queue(1)
+        self.left = Event()
+
+    def write(self, frame: VideoFrame, prediction: MapsT) -> None:
+        item = StreamedFrame(frame.index, frame.time_s, prediction)
+        while not self.left.is_set():
+            try:
+                self._queue.put(item, timeout=POLL_S)
+                return
+            except Full:
+                pass
+        raise _LeftError("the iterator was closed")
+
+    def close(self, ending: Ending) -> None:
+        """Nothing to finish."""
+
+    def get(self, thread: Thread) -> StreamedFrame[MapsT] | None:
+        """The next frame; None when the thread has ended and all are taken."""
+        while True:
+            ended = not thread.is_alive()  # before the queue is looked into
+            try:
+                return self._queue.get(timeout=0 if ended else POLL_S)
+            except Empty:
+                if ended:
+                    return None
