@@ -4,6 +4,7 @@ import importlib.util
 import json
 import os
 import platform
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,10 @@ os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # jobs in the background of a script ignore Ctrl-C, and so would the processes of tests
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 
