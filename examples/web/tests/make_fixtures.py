@@ -16,7 +16,6 @@ from PIL import Image
 
 import footprints_edge as fp
 from footprints_edge.drawing.colormap import colour_scale, scale_position
-from footprints_edge.engines import onnxruntime_engine
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import disparity_to_depth
 from footprints_edge.inputs.preprocessing import preprocess, working_size
@@ -39,22 +38,11 @@ RESIZES: tuple[tuple[Size, Size], ...] = (
 SIZES = ((720, 1280), (1280, 720), (480, 640), (1000, 1000), (300, 4000), (33, 47), (1, 9000))
 GOALS = ((0.381, 0.617), (0.902, 0.753), (0.053, 0.947))
 FILM_FRAMES, FILM_HZ = 30, 10
+EXACT = {"session.x64quantprecision": "1"}
+"""Lets onnxruntime multiply int8 without saturation on x86 processors that have no VNNI.
 
-
-def compute_exactly() -> None:
-    """Lets onnxruntime multiply int8 without saturation on x86 processors that have no VNNI.
-
-    WebAssembly is exact, so the page would differ from what such a processor makes of full-range
-    int8 weights. Elsewhere this changes nothing.
-    """
-    options = onnxruntime_engine._options
-
-    def exact_options(threads: int) -> onnxruntime_engine.ort.SessionOptions:
-        made = options(threads)
-        made.add_session_config_entry("session.x64quantprecision", "1")
-        return made
-
-    onnxruntime_engine._options = exact_options
+WebAssembly is exact, so the page would differ from what such a processor makes of full-range int8
+weights. Elsewhere this changes nothing."""
 
 
 def main() -> None:
@@ -62,8 +50,7 @@ def main() -> None:
     FIXTURES.mkdir(exist_ok=True)
     room = Image.open(ROOM).convert("RGB")
     write_resizes()
-    compute_exactly()
-    model = fp.load()
+    model = fp.load(session_options=EXACT)
     write_vectors(model, FIXTURES / "vectors")
     photos = {"room.jpg": ROOM.read_bytes(), **cut_outs(room)}
     facts = {
