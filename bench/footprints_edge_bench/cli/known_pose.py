@@ -1,22 +1,14 @@
 """``fp-bench known-pose``."""
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
 from footprints_edge.cli.exit_codes import explained
-from footprints_edge_bench.cli.options import Every, Frames, HeldOut, OneModel
+from footprints_edge_bench.cli.options import Every, ExactData, Frames, HeldOut, OneModel
 from footprints_edge_bench.cli.progress import progress_bar
 
 
 def known_pose_command(
-    data: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Folders with ground truth of all four maps: synthetic scenes, RGB-D clips."
-        ),
-    ],
+    data: ExactData,
     *,
     model: OneModel = None,
     frames: Frames = "0:1",

@@ -1,22 +1,14 @@
 """``fp-bench occupancy``."""
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
 from footprints_edge.cli.exit_codes import explained
-from footprints_edge_bench.cli.options import Every, Frames, HeldOut, Models
+from footprints_edge_bench.cli.options import Every, ExactData, Frames, HeldOut, Models
 from footprints_edge_bench.cli.progress import progress_bar
 
 
 def occupancy_command(
-    data: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Folders with ground truth of all four maps: synthetic scenes, RGB-D clips."
-        ),
-    ],
+    data: ExactData,
     *,
     models: Models = None,
     frames: Frames = "0:1",

@@ -23,6 +23,12 @@ OneModel = Annotated[
         "--model", help="Model file, or a name from fp-models list.  [default: the bundled model]"
     ),
 ]
+ExactData = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Folders with ground truth of all four maps: synthetic scenes, RGB-D clips."
+    ),
+]
 Frames = Annotated[
     str,
     typer.Option(metavar="A:B", help="Part of each dataset, such as 0.8:1 for the last fifth."),

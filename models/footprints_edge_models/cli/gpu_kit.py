@@ -7,8 +7,18 @@ from typing import Annotated
 import typer
 
 from footprints_edge.cli.exit_codes import explained
-from footprints_edge_models.cli.options import Data, Init, Seed, size_of
-from footprints_edge_models.cli.train import Balance
+from footprints_edge_models.cli.options import (
+    Balance,
+    BalanceOfPixels,
+    Data,
+    Dice,
+    FootprintWeight,
+    HiddenWeight,
+    Init,
+    RelativeDepth,
+    Seed,
+    size_of,
+)
 
 
 def gpu_kit(
@@ -23,19 +33,11 @@ def gpu_kit(
     size: Annotated[
         str, typer.Option(metavar="HxW", help="Size of a batch of landscape views.")
     ] = "256x448",
-    hidden_weight: Annotated[
-        float, typer.Option(help="Weight of hidden ground in the loss of S* (eq. 3a).")
-    ] = 5.0,
-    footprint_weight: Annotated[
-        float, typer.Option(help="Weight of footprints in the loss of S* (eq. 3b).")
-    ] = 5.0,
-    balance: Annotated[
-        Balance, typer.Option(help="How pixels of S* are weighed against each other.")
-    ] = Balance.NONE,
-    relative_depth: Annotated[
-        float, typer.Option(help="Weight of the relative depth loss beside the paper's.")
-    ] = 0.0,
-    dice: Annotated[float, typer.Option(help="Weight of the soft Dice loss of both masks.")] = 0.0,
+    hidden_weight: HiddenWeight = 5.0,
+    footprint_weight: FootprintWeight = 5.0,
+    balance: BalanceOfPixels = Balance.NONE,
+    relative_depth: RelativeDepth = 0.0,
+    dice: Dice = 0.0,
     seed: Seed = 0,
     research: Annotated[
         bool, typer.Option(help="Also take data whose licence allows research alone.")

@@ -1,6 +1,7 @@
 """Options that several commands share, and what they stand for."""
 
 import os
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,10 +25,33 @@ Seed = Annotated[int, typer.Option(help="Random seed of weights and data.")]
 Init = Annotated[
     Path | None, typer.Option(help="Initial weights; default: an ImageNet-pretrained encoder.")
 ]
+HiddenWeight = Annotated[
+    float, typer.Option(help="Weight of hidden ground in the loss of S* (eq. 3a).")
+]
+FootprintWeight = Annotated[
+    float, typer.Option(help="Weight of footprints in the loss of S* (eq. 3b).")
+]
+RelativeDepth = Annotated[
+    float, typer.Option(help="Weight of the relative depth loss beside the paper's.")
+]
+Dice = Annotated[float, typer.Option(help="Weight of the soft Dice loss of both masks.")]
 Device = Annotated[str, typer.Option(help="cpu, cuda, or auto for cuda where there is one.")]
 Jobs = Annotated[
     int | None,
     typer.Option("-j", "--jobs", min=1, help="Number of processes; default: one per core."),
+]
+
+
+class Balance(StrEnum):
+    """How pixels of S* are weighed against each other."""
+
+    NONE = "none"
+    CLASSES = "classes"
+    FOCAL = "focal"
+
+
+BalanceOfPixels = Annotated[
+    Balance, typer.Option(help="How pixels of S* are weighed against each other.")
 ]
 
 

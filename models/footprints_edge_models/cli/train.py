@@ -1,7 +1,6 @@
 """``fp-train edge`` and ``fp-train reference``: train a network."""
 
 import os
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,10 +8,16 @@ import typer
 
 from footprints_edge.cli.exit_codes import explained
 from footprints_edge_models.cli.options import (
+    Balance,
+    BalanceOfPixels,
     Batch,
     Data,
     Device,
+    Dice,
+    FootprintWeight,
+    HiddenWeight,
     Init,
+    RelativeDepth,
     Schedule,
     Seed,
     datasets_of,
@@ -25,14 +30,6 @@ if TYPE_CHECKING:
     from footprints_edge_models.training.recipe import Recipe
 
 DEFAULT_SCHEDULE = ("128x224:2400", "192x320:1600", "256x448:700")
-
-
-class Balance(StrEnum):
-    """How pixels of S* are weighed against each other."""
-
-    NONE = "none"
-    CLASSES = "classes"
-    FOCAL = "focal"
 
 
 Decay = Annotated[
@@ -78,19 +75,11 @@ def edge(
     moving_objects: Annotated[
         bool, typer.Option(help="Ignore the ground behind moving objects, or learn from it.")
     ] = True,
-    hidden_weight: Annotated[
-        float, typer.Option(help="Weight of hidden ground in the loss of S* (eq. 3a).")
-    ] = 1.0,
-    footprint_weight: Annotated[
-        float, typer.Option(help="Weight of footprints in the loss of S* (eq. 3b).")
-    ] = 3.0,
-    balance: Annotated[
-        Balance, typer.Option(help="How pixels of S* are weighed against each other.")
-    ] = Balance.NONE,
-    relative_depth: Annotated[
-        float, typer.Option(help="Weight of the relative depth loss beside the paper's.")
-    ] = 0.0,
-    dice: Annotated[float, typer.Option(help="Weight of the soft Dice loss of both masks.")] = 0.0,
+    hidden_weight: HiddenWeight = 1.0,
+    footprint_weight: FootprintWeight = 3.0,
+    balance: BalanceOfPixels = Balance.NONE,
+    relative_depth: RelativeDepth = 0.0,
+    dice: Dice = 0.0,
     frozen_stages: Annotated[
         int,
         typer.Option(help="First stages of the encoder that do not learn, 0 to 7: faster."),

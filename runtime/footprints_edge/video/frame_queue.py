@@ -3,8 +3,9 @@
 from collections.abc import Callable
 from queue import Empty, Full, Queue
 from threading import Event
+from typing import Generic, TypeVar
 
-from footprints_edge.video.capture import VideoFrame
+ItemT = TypeVar("ItemT")
 
 QUEUE_SIZE = 2
 """Frames that may wait between two stages."""
@@ -13,17 +14,20 @@ POLL_S = 0.1
 """A waiting stage checks this often whether the others have stopped."""
 
 
-class FrameQueue:
-    """A bounded queue between the thread that decodes and the one that hands out frames."""
+class FrameQueue(Generic[ItemT]):
+    """A bounded queue between a thread that makes frames and the one that takes them."""
 
-    def __init__(self, *, live: bool, on_drop: Callable[[], None]) -> None:
+    def __init__(
+        self, *, live: bool, on_drop: Callable[[], None] = lambda: None, size: int = QUEUE_SIZE
+    ) -> None:
         """Makes an empty queue.
 
         Args:
             live: Whether the source cannot wait: the oldest frame makes room for a new one.
             on_drop: Called for every frame that is dropped.
+            size: Frames that may wait.
         """
-        self._queue: Queue[VideoFrame] = Queue(QUEUE_SIZE)
+        self._queue: Queue[ItemT] = Queue(size)
         self._live, self._on_drop = live, on_drop
         self._stopped = Event()
 
@@ -32,7 +36,7 @@ class FrameQueue:
         """Whether no more frames are wanted."""
         return self._stopped.is_set()
 
-    def put(self, frame: VideoFrame) -> None:
+    def put(self, frame: ItemT) -> None:
         """Adds a frame, as soon as there is room; not after `stop`."""
         while not self.stopped:
             try:
@@ -49,7 +53,7 @@ class FrameQueue:
             return
         self._on_drop()
 
-    def get(self, ended: Callable[[], bool]) -> VideoFrame | None:
+    def get(self, ended: Callable[[], bool]) -> ItemT | None:
         """The next frame; None after the last one, or after `stop`.
 
         Args:

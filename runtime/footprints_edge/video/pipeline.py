@@ -166,7 +166,9 @@ class _Decoder(_Stage):
     def __init__(self, video: Video, stats: VideoStats) -> None:
         super().__init__()
         self._video, self._stats = video, stats
-        self._queue = FrameQueue(live=video.live, on_drop=self._count_dropped)
+        self._queue: FrameQueue[VideoFrame] = FrameQueue(
+            live=video.live, on_drop=self._count_dropped
+        )
 
     def work(self) -> None:
         frames = self._video.frames

@@ -2,15 +2,14 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from queue import Empty, Full, Queue
-from threading import Event, Thread
+from threading import Thread
 from typing import Generic, cast
 
 from footprints_edge.errors import VideoError
 from footprints_edge.foundation.types import Rgb
 from footprints_edge.maps.ground_maps import MapsT
 from footprints_edge.video.capture import Video, VideoFrame
-from footprints_edge.video.frame_queue import POLL_S
+from footprints_edge.video.frame_queue import FrameQueue
 from footprints_edge.video.pipeline import Ending, Sink, run_pipeline
 
 
@@ -65,10 +64,10 @@ def _frames(
     thread = Thread(target=work, name="stream", daemon=True)
     thread.start()
     try:
-        while (frame := sink.get(thread)) is not None:
+        while (frame := sink.frames.get(lambda: not thread.is_alive())) is not None:
             yield frame
     finally:
-        sink.left.set()
+        sink.frames.stop()
         thread.join(timeout=10)
     if failed:
         raise failed[0]
@@ -82,28 +81,12 @@ class _Handover(Generic[MapsT]):
     """A sink whose frames another thread takes."""
 
     def __init__(self) -> None:
-        self._queue: Queue[StreamedFrame[MapsT]] = Queue(1)
-        self.left = Event()
+        self.frames: FrameQueue[StreamedFrame[MapsT]] = FrameQueue(live=False, size=1)
 
     def write(self, frame: VideoFrame, prediction: MapsT) -> None:
-        item = StreamedFrame(frame.index, frame.time_s, prediction)
-        while not self.left.is_set():
-            try:
-                self._queue.put(item, timeout=POLL_S)
-                return
-            except Full:
-                pass
-        raise _LeftError("the iterator was closed")
+        self.frames.put(StreamedFrame(frame.index, frame.time_s, prediction))
+        if self.frames.stopped:
+            raise _LeftError("the iterator was closed")
 
     def close(self, ending: Ending) -> None:
         """Nothing to finish."""
-
-    def get(self, thread: Thread) -> StreamedFrame[MapsT] | None:
-        """The next frame; None when the thread has ended and all are taken."""
-        while True:
-            ended = not thread.is_alive()  # before the queue is looked into
-            try:
-                return self._queue.get(timeout=0 if ended else POLL_S)
-            except Empty:
-                if ended:
-                    return None

@@ -6,9 +6,8 @@ where things stand and which way they look, stays as it is.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, wraps
-from pathlib import Path
 from typing import Concatenate, ParamSpec, cast
 
 import cv2
@@ -16,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge_models.asset_files.asset import Asset, Surface
-from footprints_edge_models.asset_files.pack import AssetPack, PackEntry
+from footprints_edge_models.asset_files.pack import PackEntry
 from footprints_edge_models.scenes.assets.materials import Material, Palette
+from footprints_edge_models.scenes.assets.pack_part import PackPart
 from footprints_edge_models.scenes.assets.shapes import Shape
-from footprints_edge_models.scenes.assets.textures.library import SceneSplit, TextureKey
+from footprints_edge_models.scenes.assets.textures.library import TextureKey
 from footprints_edge_models.scenes.assets.textures.noise import SIDE_PX
 from footprints_edge_models.scenes.assets.things import (
     Thing,
@@ -40,26 +40,8 @@ Params = ParamSpec("Params")
 Maker = Callable[Concatenate[Palette, Params], Thing]
 
 
-@dataclass(frozen=True)
-class ModelLibrary:
-    """The models of a pack that belong to one split. Each process opens the pack by itself.
-
-    Attributes:
-        path: The pack.
-        split: The split.
-    """
-
-    path: Path
-    split: SceneSplit
-    _loaded: "dict[str, _Loaded]" = field(default_factory=dict, compare=False, repr=False)
-
-    def __getstate__(self) -> dict[str, object]:
-        """What another process needs: the file, not what was read from it."""
-        return {"path": self.path, "split": self.split, "_loaded": {}}
-
-    @cached_property
-    def _pack(self) -> AssetPack:
-        return AssetPack(self.path)
+class ModelLibrary(PackPart):
+    """The models of a pack that belong to one split."""
 
     @cached_property
     def _entries(self) -> dict[str, PackEntry]:
@@ -105,14 +87,10 @@ class ModelLibrary:
         return self._load(key.kind.removeprefix("model:")).textures[key.number]
 
     def _load(self, key: str) -> "_Loaded":
-        if key in self._loaded:
-            loaded = self._loaded.pop(key)
-        else:
-            if len(self._loaded) >= _MOST_LOADED:
-                del self._loaded[next(iter(self._loaded))]
-            loaded = _Loaded.from_asset(self._pack.model(self._entries[key]))
-        self._loaded[key] = loaded  # the least recently used is the first
-        return loaded
+        def load() -> _Loaded:
+            return _Loaded.from_asset(self._pack.model(self._entries[key]))
+
+        return self._keep(key, load, _MOST_LOADED)
 
 
 @dataclass(frozen=True)

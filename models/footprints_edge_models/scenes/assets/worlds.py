@@ -7,7 +7,6 @@ a robot on wheels does not walk their steps.
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -15,11 +14,12 @@ from numpy.typing import NDArray
 
 from footprints_edge_models.asset_files.asset import Surface
 from footprints_edge_models.asset_files.glb import Viewpoint, World
-from footprints_edge_models.asset_files.pack import AssetPack, PackEntry
+from footprints_edge_models.asset_files.pack import PackEntry
 from footprints_edge_models.scenes.assets.materials import Material
 from footprints_edge_models.scenes.assets.models import smooth_normals
+from footprints_edge_models.scenes.assets.pack_part import PackPart
 from footprints_edge_models.scenes.assets.shapes import Shape
-from footprints_edge_models.scenes.assets.textures.library import SceneSplit, TextureKey
+from footprints_edge_models.scenes.assets.textures.library import TextureKey
 from footprints_edge_models.scenes.assets.textures.noise import SIDE_PX
 from footprints_edge_models.scenes.assets.things import Thing, ThingPart
 from footprints_edge_models.scenes.rendering.raycast import Triangles
@@ -126,26 +126,8 @@ class LoadedWorld:
         return np.concatenate([np.zeros((0, 3, 3), np.float32), *found])
 
 
-@dataclass(frozen=True)
-class WorldLibrary:
-    """The worlds of a pack that belong to one split. Each process opens the pack by itself.
-
-    Attributes:
-        path: the pack.
-        split: the split.
-    """
-
-    path: Path
-    split: SceneSplit
-    _loaded: dict[str, LoadedWorld] = field(default_factory=dict, compare=False, repr=False)
-
-    def __getstate__(self) -> dict[str, object]:
-        """What another process needs: the file, not what was read from it."""
-        return {"path": self.path, "split": self.split, "_loaded": {}}
-
-    @cached_property
-    def _pack(self) -> AssetPack:
-        return AssetPack(self.path)
+class WorldLibrary(PackPart):
+    """The worlds of a pack that belong to one split."""
 
     @cached_property
     def entries(self) -> list[PackEntry]:
@@ -154,14 +136,8 @@ class WorldLibrary:
 
     def load(self, key: str) -> LoadedWorld:
         """A world; the last few stay in memory."""
-        if key in self._loaded:
-            self._loaded[key] = self._loaded.pop(key)  # the last one used is the last to go
-        else:
-            if len(self._loaded) >= MOST_LOADED:
-                del self._loaded[next(iter(self._loaded))]
-            entry = next(entry for entry in self.entries if entry.key == key)
-            self._loaded[key] = loaded(self._pack.world(entry))
-        return self._loaded[key]
+        entry = next(entry for entry in self.entries if entry.key == key)
+        return self._keep(key, lambda: loaded(self._pack.world(entry)), MOST_LOADED)
 
     def texture(self, key: TextureKey) -> NDArray[np.uint8]:
         """The texture of a world's surface, uint8 (SIDE_PX, SIDE_PX, 3), RGB."""

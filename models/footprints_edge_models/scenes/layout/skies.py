@@ -16,6 +16,13 @@ def _colour(values: NDArray[np.float64]) -> Colour:
     return red, green, blue
 
 
+def _towards(heading: float, height: float) -> NDArray[np.float64]:
+    """The unit direction (3,) of a heading and a height above the horizon, radians."""
+    return np.array(
+        [np.cos(heading) * np.cos(height), np.sin(heading) * np.cos(height), np.sin(height)]
+    )
+
+
 PANORAMAS_SHARE = 0.75
 """Share of skies that are panoramas, where the library has some."""
 
@@ -28,9 +35,6 @@ def draw_sky(palette: Palette, bright: float) -> Sky:
         return _photographed_sky(palette, pictures, bright)
     height = np.radians(rng.uniform(12, 70))
     heading = rng.uniform(0, 2 * np.pi)
-    towards = np.array(
-        [np.cos(heading) * np.cos(height), np.sin(heading) * np.cos(height), np.sin(height)]
-    )
     clear = rng.random() < 0.6
     blue = rng.uniform(0.2, 1.0) if clear else rng.uniform(0, 0.25)
     horizon = np.array([1 - 0.15 * blue, 1 - 0.06 * blue, 1.0]) * bright
@@ -49,7 +53,7 @@ def draw_sky(palette: Palette, bright: float) -> Sky:
         * bright
     )
     return Sky(
-        towards,
+        _towards(heading, height),
         _colour(sun),
         _colour(zenith),
         _colour(horizon),
@@ -74,15 +78,12 @@ def _photographed_sky(palette: Palette, pictures: PackPictures, bright: float) -
     )
     azimuth, height = seen.sun or (0.0, 0.8)
     heading = heading_of(azimuth, turn, mirrored=mirrored)
-    towards = np.array(
-        [np.cos(heading) * np.cos(height), np.sin(heading) * np.cos(height), np.sin(height)]
-    )
     low = 1 - np.sin(height)
     warm = np.array([1.0, 1 - 0.2 * low, 1 - 0.4 * low])
     sun = warm * (rng.uniform(1.5, 4.5) if seen.sun else 0) * bright
     backdrop = Backdrop(key, turn, mirrored, _colour(tint))
     return Sky(
-        towards,
+        _towards(heading, height),
         _colour(sun),
         _colour(zenith),
         _colour(horizon),

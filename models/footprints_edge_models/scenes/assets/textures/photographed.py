@@ -5,15 +5,14 @@ is varied: less or more contrast and colour, and painted walls in the colours th
 """
 
 import zlib
-from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge_models.asset_files.pack import AssetPack, PackEntry, Split
+from footprints_edge_models.asset_files.pack import PackEntry
+from footprints_edge_models.scenes.assets.pack_part import PackPart
 from footprints_edge_models.scenes.assets.textures.building import plaster_colour
 from footprints_edge_models.scenes.assets.textures.noise import SIDE_PX, as_texture, noise
 
@@ -60,30 +59,8 @@ _CLOSE = frozenset({"forest"})
 """Panoramas of what stands close around the camera: no background of a wide place."""
 
 
-@dataclass(frozen=True)
-class PackPictures:
-    """The textures and panoramas of a pack that belong to one split.
-
-    Each process opens the pack by itself.
-
-    Attributes:
-        path: The pack.
-        split: The split.
-    """
-
-    path: Path
-    split: Split
-    _drawn: dict[tuple[str, int], NDArray[np.uint8]] = field(
-        default_factory=dict, compare=False, repr=False
-    )
-
-    def __getstate__(self) -> dict[str, object]:
-        """What another process needs: the file, not what was read from it."""
-        return {"path": self.path, "split": self.split, "_drawn": {}}
-
-    @cached_property
-    def _pack(self) -> AssetPack:
-        return AssetPack(self.path)
+class PackPictures(PackPart):
+    """The textures and panoramas of a pack that belong to one split."""
 
     @cached_property
     def _entries(self) -> dict[str, PackEntry]:
@@ -130,16 +107,15 @@ class PackPictures:
 
     def texture(self, key: str, variant: int) -> NDArray[np.uint8]:
         """A variant of a texture, RGB, uint8 (S, S, 3), S being SIDE_PX or LARGE_PX; it tiles."""
-        if (key, variant) not in self._drawn:
-            if len(self._drawn) >= _MOST_DRAWN:
-                del self._drawn[next(iter(self._drawn))]
-            entry = self._entries[key]
-            rng = np.random.default_rng((zlib.crc32(key.encode()), variant))
-            picture = _tile(self._pack.picture(entry), rng)
-            if entry.category in GRAINED and _grain_is_upright(picture):
-                picture = picture.transpose(1, 0, 2)
-            self._drawn[key, variant] = _varied(picture, entry.category, rng)
-        return self._drawn[key, variant]
+        return self._keep((key, variant), lambda: self._drawn(key, variant), _MOST_DRAWN)
+
+    def _drawn(self, key: str, variant: int) -> NDArray[np.uint8]:
+        entry = self._entries[key]
+        rng = np.random.default_rng((zlib.crc32(key.encode()), variant))
+        picture = _tile(self._pack.picture(entry), rng)
+        if entry.category in GRAINED and _grain_is_upright(picture):
+            picture = picture.transpose(1, 0, 2)
+        return _varied(picture, entry.category, rng)
 
     def panorama(self, key: str) -> NDArray[np.uint8]:
         """A panorama, RGB, uint8 (H, 2 H, 3); see ``asset_files.pack``. The caller keeps it."""
