@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -183,7 +184,7 @@ def judge_path(
     grid = prediction.top_down(CELL_M, range_m, robot_height_m=entry["grid"]["robot_height_m"])
     rows, columns = grid.cells.shape
     middles, lengths_m = [], []
-    for begin, end in zip(places_m[:-1], places_m[1:], strict=True):
+    for begin, end in pairwise(places_m):
         length_m = float(np.linalg.norm(end - begin))
         count = max(1, int(np.ceil(length_m / (CELL_M / 4))))
         share = (np.arange(count)[:, None] + 0.5) / count

@@ -365,7 +365,7 @@ METRE_MISTAKES = {
 def test_metres_with_a_mistake_fail(mistake, vectors, manifest, tmp_path):
     change, caught = METRE_MISTAKES[mistake]
 
-    def port(entry, network_input):
+    def port(entry, _):
         found = {
             name: plane_of(vectors, entry)
             if name == "ground_plane"
@@ -382,7 +382,7 @@ def test_metres_with_a_mistake_fail(mistake, vectors, manifest, tmp_path):
     }
 
 
-def test_metres_that_a_port_does_not_write_are_named(vectors, manifest, tmp_path):
+def test_metres_that_a_port_does_not_write_are_named(vectors, tmp_path):
     outputs = tmp_path / "port"
     shutil.copytree(vectors, outputs)
     for name in NAMES:
