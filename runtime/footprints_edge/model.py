@@ -14,6 +14,7 @@ from footprints_edge.errors import CameraPoseError, IntrinsicsError, ModelError
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.camera_pose import CameraPose
+from footprints_edge.geometry.obstacle_heights import ROBOT_HEIGHT_M, check_robot_height
 from footprints_edge.inputs.calibration import Calibration
 from footprints_edge.inputs.images import DecodedImage, ImageSource, decode
 from footprints_edge.inputs.preprocessing import (
@@ -112,6 +113,7 @@ class Model:
         pitch_deg: float | None = None,
         roll_deg: float | None = None,
         gravity: Sequence[float] | None = None,
+        robot_height_m: float = ROBOT_HEIGHT_M,
     ) -> Prediction:
         """Finds the ground in one picture.
 
@@ -133,6 +135,8 @@ class Model:
             roll_deg: Roll about the optical axis, degrees, right side down, if known.
             gravity: Direction of gravity in camera axes (x right, y down, z forward), instead of
                 pitch and roll.
+            robot_height_m: Height of the robot, metres, for grids, scans, paths and pictures: what
+                stands between a step and this height is an obstacle.
 
         Returns:
             Maps at the network's input size; see `Prediction.at_image_size`.
@@ -142,7 +146,8 @@ class Model:
             IntrinsicsError: If the intrinsics are impossible.
             CameraPoseError: If the pose is impossible, or gravity is given beside pitch or roll.
             ModelError: If the network fails to run.
-            ValueError: If the threshold is not between 0 and 1.
+            ValueError: If the threshold is not between 0 and 1, or the robot is not higher than a
+                step.
         """
         threshold = float(threshold)
         if not 0 <= threshold <= 1:
@@ -155,6 +160,7 @@ class Model:
             raise IntrinsicsError(
                 f"intrinsics is a {type(intrinsics).__name__}; pass fp.Intrinsics(fx, fy, cx, cy)"
             )
+        check_robot_height(robot_height_m)
         pose = _pose_of(camera_height_m, pitch_deg, roll_deg, gravity)
         times = [perf_counter()]
         decoded = self.decode(image)
@@ -176,6 +182,7 @@ class Model:
             model=ModelInfo(self.name, self.metadata.precision, self.sha256, self.engine.runtime),
             timings_ms=timings_ms,
             pose=pose,
+            robot_height_m=robot_height_m,
         )
         if flatten:
             prediction = prediction.flattened()
@@ -200,6 +207,7 @@ class Model:
         pitch_deg: float | None = None,
         roll_deg: float | None = None,
         gravity: Sequence[float] | None = None,
+        robot_height_m: float = ROBOT_HEIGHT_M,
     ) -> "PredictionIterator[Prediction]":
         """Finds the ground in many pictures, several at a time.
 
@@ -215,6 +223,7 @@ class Model:
             pitch_deg: As for `predict`.
             roll_deg: As for `predict`.
             gravity: As for `predict`.
+            robot_height_m: As for `predict`.
 
         Returns:
             An iterator over the predictions in the order of the pictures. A picture that fails
@@ -234,6 +243,7 @@ class Model:
             pitch_deg=pitch_deg,
             roll_deg=roll_deg,
             gravity=gravity,
+            robot_height_m=robot_height_m,
         )
         return PredictionIterator(predict, images, 2 if workers is None else workers)
 
@@ -252,6 +262,7 @@ class Model:
         pitch_deg: float | None = None,
         roll_deg: float | None = None,
         gravity: Sequence[float] | None = None,
+        robot_height_m: float = ROBOT_HEIGHT_M,
     ) -> "Iterator[StreamedFrame[Prediction]]":
         """Finds the ground in every frame of a video, camera or stream (extra `video`).
 
@@ -273,6 +284,7 @@ class Model:
             pitch_deg: As for `predict`.
             roll_deg: As for `predict`.
             gravity: As for `predict`.
+            robot_height_m: As for `predict`.
 
         Yields:
             Frames in order, with `index`, `time_s` and `prediction`. Broken ones are left out.
@@ -293,6 +305,7 @@ class Model:
             pitch_deg=pitch_deg,
             roll_deg=roll_deg,
             gravity=gravity,
+            robot_height_m=robot_height_m,
         )
         return stream_video(
             open_video(os.fspath(source), Pace(every, max_fps)),

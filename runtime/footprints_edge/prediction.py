@@ -33,7 +33,7 @@ class Prediction(GroundMaps):
         return flatten(self)
 
     def top_down(
-        self, cell_m: float = 0.05, range_m: float = 10.0, *, robot_height_m: float = 1.2
+        self, cell_m: float = 0.05, range_m: float = 10.0, *, robot_height_m: float | None = None
     ) -> "OccupancyGrid":
         """The surroundings in bird's-eye view, as an occupancy grid.
 
@@ -44,7 +44,8 @@ class Prediction(GroundMaps):
         Args:
             cell_m: Side of a cell, metres.
             range_m: Reach of the grid ahead, and to each side, metres.
-            robot_height_m: Height of the robot, metres: it passes beneath higher things.
+            robot_height_m: Height of the robot, metres: it passes beneath higher things. None means
+                the height given to `predict`, 1.2 m unless stated.
 
         Raises:
             GroundPlaneError: If there is no ground plane.
@@ -76,7 +77,7 @@ class Prediction(GroundMaps):
         return make_walkable_grid(self, cell_m, range_m)
 
     def scan(
-        self, bearings_deg: Sequence[float] | None = None, *, robot_height_m: float = 1.2
+        self, bearings_deg: Sequence[float] | None = None, *, robot_height_m: float | None = None
     ) -> "RangeScan":
         """The distance to the nearest obstacle by bearing, as a laser scanner reports it.
 
@@ -104,7 +105,7 @@ class Prediction(GroundMaps):
         unit: Literal["px", "m"] = "px",
         margin_m: float = 0.0,
         ground: Literal["all", "visible"] = "all",
-        robot_height_m: float = 1.2,
+        robot_height_m: float | None = None,
     ) -> "GroundPath":
         """The cheapest path over the ground, with the paper's cost of 1 - s*, per metre.
 

@@ -16,7 +16,7 @@ from footprints_edge.foundation.types import Floats
 from footprints_edge.geometry.camera import Intrinsics, backproject
 from footprints_edge.geometry.camera_pose import CameraPose
 from footprints_edge.geometry.ground_plane import GroundPlane
-from footprints_edge.navigation.obstacles import ROBOT_HEIGHT_M, STEP_HEIGHT_M
+from footprints_edge.geometry.obstacle_heights import ROBOT_HEIGHT_M, STEP_HEIGHT_M
 from footprints_edge.prediction import Prediction
 from footprints_edge_bench.accuracy.benchmark import Benchmark
 from footprints_edge_bench.foundation.markdown import markdown_table

@@ -107,6 +107,13 @@ def infer(
         float | None,
         typer.Option(help="Roll of the camera in degrees, right side down, if known."),
     ] = None,
+    robot_height: Annotated[
+        float,
+        typer.Option(
+            help="Height of the robot in metres: what stands between a step (0.15 m) and this is "
+            "an obstacle.",
+        ),
+    ] = 1.2,
     path: Annotated[
         tuple[str, str] | None,
         typer.Option(
@@ -163,10 +170,16 @@ def infer(
 
         warnings.filterwarnings("ignore", module=r"PIL\.")  # serious problems raise ImageError
         from footprints_edge.geometry.camera_pose import CameraPose
+        from footprints_edge.geometry.obstacle_heights import STEP_HEIGHT_M
 
         camera = CameraOptions(
             _camera(fx, fy, cx, cy, hfov, camera_file), CameraPose(camera_height, pitch, roll)
         )
+        if not robot_height > STEP_HEIGHT_M:
+            raise typer.BadParameter(
+                f"--robot-height {robot_height:g}: give metres, more than the {STEP_HEIGHT_M:g} m "
+                "of a step"
+            )
         wanted = [part.strip() for text in formats or ["overlay"] for part in text.split(",")]
         extra = {".path.png": _path_encoder(path, margin)} if path else {}
         if bev and "overlay" in wanted:
@@ -186,7 +199,12 @@ def infer(
         batch = plan(
             pictures, wanted, output, recursive=recursive, overwrite=overwrite, extra=extra
         )
-        how = {"threshold": threshold, "flatten": flatten, **camera.of_predict()}
+        how = {
+            "threshold": threshold,
+            "flatten": flatten,
+            "robot_height_m": robot_height,
+            **camera.of_predict(),
+        }
         resolve(model)  # report a wrong name even if there is nothing to do
         if batch.tasks:
             from footprints_edge.cli.infer_images import infer_images

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from footprints_edge.drawing.colormap import colours_of
+from footprints_edge.drawing.notes import with_note
 from footprints_edge.drawing.style import PAPER, WHITE, diagonal_stripes
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.foundation.png import encode_png
@@ -32,9 +33,10 @@ _UNKNOWN, _OCCUPIED = (44, 48, 58), (8, 9, 13)
 _FAINT = (128, 134, 146)
 
 
-def encode_occupancy_grid(grid: OccupancyGrid) -> bytes:
-    """Encodes `draw_occupancy_grid` as PNG."""
-    return encode_png(draw_occupancy_grid(grid.cells, grid.cell_m, HEIGHT_PX))
+def encode_occupancy_grid(grid: OccupancyGrid, note: str = "") -> bytes:
+    """Encodes `draw_occupancy_grid` as PNG, with a note in a line below."""
+    drawn = draw_occupancy_grid(grid.cells, grid.cell_m, HEIGHT_PX)
+    return encode_png(with_note(drawn, note))
 
 
 def draw_occupancy_grid(

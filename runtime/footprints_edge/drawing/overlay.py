@@ -13,10 +13,10 @@ from footprints_edge.drawing.blending import (
     paint,
 )
 from footprints_edge.drawing.colormap import FARTHEST_M, colour_scale, scale_position
+from footprints_edge.drawing.notes import lens_note
 from footprints_edge.drawing.style import FAINT, PAPER, TINT, WHITE
 from footprints_edge.foundation.png import encode_png
 from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
-from footprints_edge.geometry.camera import ASSUMED_FOV_DEG, IntrinsicsSource
 from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.maps.resize import resize_map
 
@@ -224,13 +224,6 @@ def _pill(width: int, height: int) -> Image.Image:
 
 def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
-
-
-def lens_note(source: IntrinsicsSource) -> str:
-    """What a picture says about its camera: nothing if it is known."""
-    if source == "assumed":
-        return f"lens assumed: {ASSUMED_FOV_DEG:g} degrees; all metres depend on it"
-    return "rectified picture" if source == "rectified" else ""
 
 
 def draw_legend(width: int, height: int, note: str = "") -> Image.Image:

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from footprints_edge.drawing.notes import lens_note, with_note
 from footprints_edge.drawing.style import INK, PAPER, WHITE, diagonal_stripes
 from footprints_edge.errors import NoPathError, OffGroundError
 from footprints_edge.foundation.png import encode_png
@@ -56,7 +57,7 @@ def encode_path_picture(
     both = Image.new("RGB", (2 * panels[0].width + gap, panels[0].height), PAPER)
     both.paste(panels[0], (0, 0))
     both.paste(panels[1], (panels[0].width + gap, 0))
-    return encode_png(both)
+    return encode_png(with_note(both, lens_note(prediction.intrinsics.source)))
 
 
 def _panel(

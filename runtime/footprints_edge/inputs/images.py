@@ -12,12 +12,12 @@ from typing import BinaryIO, TypeAlias
 
 import numpy as np
 from PIL import Image
-from PIL.ExifTags import IFD, Base
 
 from footprints_edge.errors import ImageError
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.inputs.damaged_files import lost_share, too_much_lost, with_end, without_notes
 from footprints_edge.inputs.foreign_files import is_avif, is_heif, raw_reason, raw_tiff_reason
+from footprints_edge.inputs.lens import Lens, read_lens
 
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
 """Decoders that an input may reach: Pillow's other decoders only add attack surface."""
@@ -37,16 +37,11 @@ MAX_SIDE = 2**17
 MAX_BYTES = 512 * 2**20
 """Larger files are rejected: no picture within `MAX_PIXELS` needs more bytes."""
 
-FOCAL_35MM_RANGE = (4.0, 5000.0)
-"""Millimetres; an EXIF focal length outside of it counts as not stated. No lens is there."""
-
 _WHOLE_PX = 32_000_000
 """Pictures with more pixels are reduced in parts, where the format has no smaller sizes: whole ones
 would be in memory five times on their way to an array."""
 
 _STRIP_PX = 2**22
-_SAME_SHAPE = 0.02
-"""Relative difference of two width-to-height ratios that rounding explains."""
 
 ImageSource: TypeAlias = (
     "str | os.PathLike[str] | bytes | BinaryIO | Image.Image | Rgb | DecodedImage"
@@ -96,9 +91,11 @@ class DecodedImage:
         pixels: uint8 (h, w, 3), RGB, upright: the whole picture, at full size or reduced.
         name: File name, for naming outputs; None if the source has none.
         path: The source file, which outputs must not overwrite; None if there is none.
-        focal_35mm: 35 mm equivalent focal length in millimetres from EXIF, None if not stated.
+        focal_35mm: 35 mm equivalent focal length in millimetres from EXIF or GPano, None if not
+            stated.
         file: The file, if `pixels` were decoded at a reduced size; else None.
-        notes: What is wrong with the file, though it could be read.
+        notes: What is wrong or odd with the file, though it could be read.
+        panorama: Whether it is a wide panorama, which no pinhole camera takes.
     """
 
     pixels: Rgb
@@ -107,6 +104,7 @@ class DecodedImage:
     focal_35mm: float | None = None
     file: ReducibleFile | None = None
     notes: tuple[str, ...] = field(default=())
+    panorama: bool = False
 
     @property
     def size(self) -> Size:
@@ -252,11 +250,11 @@ def _decoded(
         _check_size(stored, label, MAX_JPEG_PIXELS if reducible else MAX_PIXELS)
         if least_size is None or not (reducible or math.prod(stored) > _WHOLE_PX):
             return _from_pillow(image, path, label)
-        size = _turned(stored, _exif(image).orientation)
+        size = _turned(stored, read_lens(image).orientation)
         upright = _upright(image, label, least_size(size))
     pixels = upright.pixels
     file = None if _size(pixels) == size else ReducibleFile(data, label, size)
-    return DecodedImage(pixels, path.name if path else None, path, upright.exif.focal_35mm, file)
+    return _with_lens(pixels, path, upright.lens, label, file)
 
 
 def _opened(data: bytes, label: str) -> Image.Image:
@@ -319,14 +317,27 @@ def _from_pillow(image: Image.Image, path: Path | None, label: str) -> DecodedIm
     if not path or image.format not in _REDUCIBLE:
         _check_size((image.height, image.width), label)
     upright = _upright(image, label)
-    name = path.name if path else None
-    return DecodedImage(upright.pixels, name, path, upright.exif.focal_35mm)
+    return _with_lens(upright.pixels, path, upright.lens, label)
+
+
+def _with_lens(
+    pixels: Rgb, path: Path | None, lens: Lens, label: str, file: ReducibleFile | None = None
+) -> DecodedImage:
+    return DecodedImage(
+        pixels,
+        path.name if path else None,
+        path,
+        lens.focal_35mm,
+        file,
+        tuple(f"{label}: {note}" for note in lens.notes),
+        panorama=lens.panorama,
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class _Upright:
     pixels: Rgb
-    exif: "_Exif"
+    lens: Lens
 
 
 def _upright(image: Image.Image, label: str, least: Size | None = None) -> _Upright:
@@ -337,14 +348,14 @@ def _upright(image: Image.Image, label: str, least: Size | None = None) -> _Upri
         covered, factor = None, 1
         stored = image.size
         if least is not None:
-            height, width = _turned(least, _exif(image).orientation)
+            height, width = _turned(least, read_lens(image).orientation)
             drafted = image.draft(None, (width, height))
             covered = drafted[1] if drafted else None
             if image.format not in _REDUCIBLE:
                 factor = max(1, min(image.width // width, image.height // height))
         image.load()
         # after load(): the TIFF decoder turns upright itself and resets the tag
-        exif = _exif(image, stored)
+        lens = read_lens(image, stored)
         rgb = _to_rgb(image) if factor == 1 else _reduced_rgb(image, factor)
         if covered is not None and covered != (0, 0, *rgb.size):
             # The last row and column of a reduced picture may cover fewer pixels than the others.
@@ -355,8 +366,8 @@ def _upright(image: Image.Image, label: str, least: Size | None = None) -> _Upri
         ) from error
     except Exception as error:
         raise ImageError(f"{label} is damaged or truncated: {error}") from error
-    turn = _UPRIGHT.get(exif.orientation)
-    return _Upright(np.array(rgb if turn is None else rgb.transpose(turn)), exif)
+    turn = _UPRIGHT.get(lens.orientation)
+    return _Upright(np.array(rgb if turn is None else rgb.transpose(turn)), lens)
 
 
 def _reduced_rgb(image: Image.Image, factor: int) -> Image.Image:
@@ -426,57 +437,3 @@ def _white_level(image: Image.Image) -> float:
             "save it as 8- or 16-bit grey"
         )
     return white
-
-
-@dataclass(frozen=True)
-class _Exif:
-    orientation: int = 1
-    focal_35mm: float | None = None
-
-
-def _exif(image: Image.Image, stored: tuple[int, int] | None = None) -> _Exif:
-    """Reads EXIF; a broken block counts as absent, as the picture is still good.
-
-    Args:
-        image: The picture.
-        stored: Its width and height at full size; None means those of `image`.
-    """
-    try:
-        exif = image.getexif()
-        orientation = exif.get(Base.Orientation, 1)
-    except Exception:
-        return _Exif()
-    try:
-        more = exif.get_ifd(IFD.Exif)
-        focal_mm = float(more.get(Base.FocalLengthIn35mmFilm, 0))  # EXIF writes 0 for unknown
-        taken = (float(more.get(Base.ExifImageWidth, 0)), float(more.get(Base.ExifImageHeight, 0)))
-    except Exception:
-        return _Exif(orientation)
-    least, most = FOCAL_35MM_RANGE
-    if not least <= focal_mm <= most:
-        return _Exif(orientation)
-    return _Exif(orientation, _focal_of_rest(focal_mm, taken, stored or image.size))
-
-
-def _focal_of_rest(
-    focal_mm: float, taken: tuple[float, float], now: tuple[int, int]
-) -> float | None:
-    """The 35 mm equivalent focal length of what is left of a picture that was cropped.
-
-    A picture of another shape than when it was taken has been cropped, and then no longer has the
-    field of view that EXIF goes on to state. It is taken not to have been resized as well.
-
-    Args:
-        focal_mm: What EXIF states.
-        taken: Width and height when it was taken, as EXIF states them; 0 is unknown.
-        now: Width and height.
-    """
-    if not (all(map(math.isfinite, taken)) and min(taken) >= 1):
-        return focal_mm
-    if (taken[0] > taken[1]) != (now[0] > now[1]):  # turned by a program, which kept the block
-        taken = taken[1], taken[0]
-    if abs(taken[0] / taken[1] * now[1] / now[0] - 1) <= _SAME_SHAPE:
-        return focal_mm
-    if now[0] > taken[0] or now[1] > taken[1]:
-        return None
-    return focal_mm * math.hypot(*taken) / math.hypot(*now)

@@ -8,11 +8,12 @@ from typing import Self, TypeVar
 
 import numpy as np
 
-from footprints_edge.errors import MissingMapError
+from footprints_edge.errors import GroundPlaneError, MissingMapError
 from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.camera_pose import CameraPose
 from footprints_edge.geometry.ground_plane import GroundPlane, find_ground_plane
+from footprints_edge.geometry.obstacle_heights import ROBOT_HEIGHT_M
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.maps.decode import DecodedMaps
 from footprints_edge.maps.resize import resize_depth, resize_map
@@ -64,6 +65,8 @@ class GroundMaps:
         laid_onto: The plane that the ground's depth was snapped to, which `ground_plane()` then
             returns; None for the network's own depth.
         pose: What is known of the camera's height, pitch and roll.
+        robot_height_m: Height of the robot, metres: what stands between a step and this is an
+            obstacle.
     """
 
     maps: DecodedMaps
@@ -74,6 +77,7 @@ class GroundMaps:
     timings_ms: Mapping[str, float] = field(default_factory=dict)
     laid_onto: GroundPlane | None = None
     pose: CameraPose = field(default_factory=CameraPose)
+    robot_height_m: float = ROBOT_HEIGHT_M
 
     def __repr__(self) -> str:
         height, width = self.map_size
@@ -157,6 +161,11 @@ class GroundMaps:
     def _ground_plane(self) -> GroundPlane:
         if self.laid_onto is not None:
             return self.laid_onto
+        if self.picture.panorama and self.intrinsics.source == "assumed":
+            raise GroundPlaneError(
+                "the picture is a panorama, which no pinhole camera takes; cut a view out of it, "
+                "or give the camera"
+            )
         return find_ground_plane(
             self.unmasked_ground_depth_m, self.ground, self.intrinsics, self.pose
         )

@@ -18,14 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.foundation.types import Floats, Mask
+from footprints_edge.geometry.obstacle_heights import STEP_HEIGHT_M, check_robot_height
 from footprints_edge.maps.ground_maps import GroundMaps
-
-STEP_HEIGHT_M = 0.15
-"""Lower things are no obstacles: a network's depth does not tell them from the ground."""
-
-ROBOT_HEIGHT_M = 1.2
-"""Default height of the robot: higher things, such as lamps and table tops of bars, are passed
-beneath."""
 
 BEARING_DEG = 1.0
 """Width of a bin."""
@@ -55,19 +49,6 @@ _SCALED_BY_PX = 100
 
 _RANGES = math.ceil(math.log(_FARTHEST_M / _NEAREST_M) / _RANGE_STEP)
 _BEARINGS = round(180 / BEARING_DEG) + 1
-
-
-def check_robot_height(robot_height_m: float) -> None:
-    """Checks the height of a robot.
-
-    Raises:
-        ValueError: If it is not above `STEP_HEIGHT_M`.
-    """
-    if not (math.isfinite(robot_height_m) and robot_height_m > STEP_HEIGHT_M):
-        raise ValueError(
-            f"robot_height_m is {robot_height_m}; give metres, more than the {STEP_HEIGHT_M:g} m "
-            "of a step"
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,17 +114,18 @@ class Obstacles:
         return range_m.astype(np.float32)
 
 
-def find_obstacles(prediction: GroundMaps, robot_height_m: float = ROBOT_HEIGHT_M) -> Obstacles:
+def find_obstacles(prediction: GroundMaps, robot_height_m: float | None = None) -> Obstacles:
     """Applies the rule at the top of this page to a prediction.
 
     Args:
         prediction: A prediction with all four maps.
-        robot_height_m: Height of the robot, metres.
+        robot_height_m: Height of the robot, metres; None means the prediction's.
 
     Raises:
         GroundPlaneError: If there is no ground plane.
         ValueError: If the height is not above a step.
     """
+    robot_height_m = prediction.robot_height_m if robot_height_m is None else robot_height_m
     check_robot_height(robot_height_m)
     plane, camera = prediction.ground_plane(), prediction.intrinsics
     height, width = prediction.map_size

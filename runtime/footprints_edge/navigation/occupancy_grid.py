@@ -16,7 +16,7 @@ from footprints_edge.foundation.types import Floats, Mask
 from footprints_edge.geometry.camera import backproject
 from footprints_edge.geometry.ground_plane import GroundPlane
 from footprints_edge.maps.ground_maps import GroundMaps
-from footprints_edge.navigation.obstacles import ROBOT_HEIGHT_M, Obstacles, find_obstacles
+from footprints_edge.navigation.obstacles import Obstacles, find_obstacles
 
 UNKNOWN, OCCUPIED, VISIBLE, HIDDEN = 0, 1, 2, 3
 """Cell values: unknown, obstacle, visible ground, hidden ground."""
@@ -178,7 +178,7 @@ def make_occupancy_grid(
     prediction: GroundMaps,
     cell_m: float = 0.05,
     range_m: float = 10.0,
-    robot_height_m: float = ROBOT_HEIGHT_M,
+    robot_height_m: float | None = None,
 ) -> OccupancyGrid:
     """The grid of a prediction; see `Prediction.top_down`."""
     _check_sizes(cell_m, range_m)

@@ -13,7 +13,7 @@ from footprints_edge.foundation.install_hint import install_hint
 from footprints_edge.foundation.types import Mask
 from footprints_edge.geometry.ground_plane import GroundPlane
 from footprints_edge.maps.ground_maps import GroundMaps
-from footprints_edge.navigation.obstacles import ROBOT_HEIGHT_M, Obstacles, find_obstacles
+from footprints_edge.navigation.obstacles import Obstacles, find_obstacles
 from footprints_edge.navigation.occupancy_grid import (
     HIDDEN,
     OCCUPIED,
@@ -73,7 +73,7 @@ def find_path(
     unit: Unit = "px",
     margin_m: float = 0.0,
     ground: Ground = "all",
-    robot_height_m: float = ROBOT_HEIGHT_M,
+    robot_height_m: float | None = None,
 ) -> GroundPath:
     """Finds the cheapest path over the ground; see `Prediction.plan`."""
     if unit not in {"px", "m"}:

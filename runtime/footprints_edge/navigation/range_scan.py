@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from footprints_edge.foundation.types import Floats
 from footprints_edge.maps.ground_maps import GroundMaps
-from footprints_edge.navigation.obstacles import ROBOT_HEIGHT_M, find_obstacles
+from footprints_edge.navigation.obstacles import find_obstacles
 
 _MEASURED = (
     (0.58, 0.70),
@@ -43,7 +43,7 @@ class RangeScan:
 def scan(
     prediction: GroundMaps,
     bearings_deg: NDArray[np.floating],
-    robot_height_m: float = ROBOT_HEIGHT_M,
+    robot_height_m: float | None = None,
 ) -> RangeScan:
     """The scan of a prediction; see `Prediction.scan`."""
     bearings = np.asarray(bearings_deg, np.float64)

@@ -9,6 +9,7 @@ from footprints_edge.errors import GroundPlaneError, MissingMapError
 from footprints_edge.foundation.types import Floats, Mask
 from footprints_edge.foundation.version import __version__
 from footprints_edge.maps.ground_maps import GroundMaps
+from footprints_edge.navigation.range_scan import scan
 
 
 def summarise(prediction: GroundMaps) -> dict[str, Any]:
@@ -17,7 +18,7 @@ def summarise(prediction: GroundMaps) -> dict[str, Any]:
     Sizes are (height, width) in pixels, fractions refer to the picture's area, and distances are in
     metres along the optical axis. A value is null if there is no ground, or if the model file lacks
     its map. `ground_plane` is `GroundMaps.ground_plane`, which grids and drawings use as well, null
-    if there is none.
+    if there is none. `nearest_obstacle_m` follows the rule of `navigation.obstacles`.
     """
     image_size, map_size = prediction.image_size, prediction.map_size
     camera = prediction.intrinsics.scaled(map_size, image_size)
@@ -25,6 +26,7 @@ def summarise(prediction: GroundMaps) -> dict[str, Any]:
     with suppress(GroundPlaneError, MissingMapError):
         plane = prediction.ground_plane()
     has_masks = prediction.has("ground_probability")
+    obstacle_m, bearing_deg = _nearest_obstacle(prediction)
     depth_m: Floats = np.empty(0, np.float32)
     if has_masks and prediction.has("unmasked_ground_depth_m"):
         depth_m = prediction.ground_depth_m[prediction.ground]
@@ -56,6 +58,9 @@ def summarise(prediction: GroundMaps) -> dict[str, Any]:
             "error_m": plane.error_m,
             "known": [name for name, value in known.items() if value is not None],
         },
+        "nearest_obstacle_m": obstacle_m,
+        "nearest_obstacle_bearing_deg": bearing_deg,
+        "robot_height_m": float(prediction.robot_height_m),
         "threshold": float(prediction.threshold),
         "camera": {
             "fx_px": camera.fx,
@@ -78,9 +83,22 @@ def summarise(prediction: GroundMaps) -> dict[str, Any]:
             "camera": "pixels of the upright image; (0, 0) is the centre of its top left pixel",
             "distances": "metres along the optical axis",
             "ground_plane": "degrees: pitch down, roll with the right side down; error is a median",
+            "nearest_obstacle_m": "metres on the ground from the point below the camera; bearing "
+            "in degrees, left positive; null: none is seen, or there is no ground plane",
             "maps": "the npz, png16 and ply outputs have map_size_px, the overlay the image's",
         },
     }
+
+
+def _nearest_obstacle(prediction: GroundMaps) -> tuple[float | None, float | None]:
+    """Range in metres and bearing in degrees of the nearest obstacle in view."""
+    with suppress(GroundPlaneError, MissingMapError):
+        seen = scan(prediction, np.arange(-90.0, 91.0))
+        ranges_m = np.where(np.isnan(seen.ranges_m), np.inf, seen.ranges_m)
+        nearest = int(ranges_m.argmin())
+        if np.isfinite(ranges_m[nearest]):
+            return round(float(ranges_m[nearest]), 3), float(seen.bearings_deg[nearest])
+    return None, None
 
 
 def _fraction(mask: Mask) -> float:

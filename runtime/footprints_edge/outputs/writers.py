@@ -175,10 +175,13 @@ def _ply(prediction: GroundMaps) -> bytes:
 
 
 def _top_down_picture(prediction: GroundMaps) -> bytes:
+    from footprints_edge.drawing.notes import lens_note
     from footprints_edge.drawing.occupancy_grid import encode_occupancy_grid
     from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
 
-    return encode_occupancy_grid(make_occupancy_grid(prediction))
+    return encode_occupancy_grid(
+        make_occupancy_grid(prediction), lens_note(prediction.intrinsics.source)
+    )
 
 
 def _map_png(prediction: GroundMaps) -> bytes:

@@ -3,8 +3,9 @@
 import numpy as np
 
 from footprints_edge.drawing.colormap import colour_scale, scale_position
+from footprints_edge.drawing.notes import lens_note
 from footprints_edge.drawing.occupancy_grid import draw_bev
-from footprints_edge.drawing.overlay import LEGEND_PX, draw_legend, lens_note
+from footprints_edge.drawing.overlay import LEGEND_PX, draw_legend
 from footprints_edge.drawing.style import (
     HATCH_PERIOD,
     HATCH_STRIPE,

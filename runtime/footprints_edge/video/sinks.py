@@ -20,7 +20,14 @@ SUFFIXES = {"overlay": ".overlay.mp4", "json": ".jsonl"}
 _MAX_REPEATED_S = 10.0
 """A gap in a source is filled up to this length."""
 
-_PER_FRAME_KEYS = ("ground_fraction", "ground_distance_m", "timings_ms")
+_PER_FRAME_KEYS = (
+    "ground_fraction",
+    "ground_distance_m",
+    "ground_plane",
+    "nearest_obstacle_m",
+    "nearest_obstacle_bearing_deg",
+    "timings_ms",
+)
 """Keys of the `json` output in each line: the others are the same for all frames."""
 
 

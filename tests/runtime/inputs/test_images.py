@@ -10,6 +10,7 @@ from PIL.ExifTags import IFD, Base
 from PIL.PngImagePlugin import PngInfo
 
 from footprints_edge.errors import ImageError
+from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs import images
 from footprints_edge.inputs.images import decode
 
@@ -388,6 +389,7 @@ def test_a_focal_length_of_no_lens_counts_as_not_stated(focal_mm):
         ((270, 320), (640, 360), 28 * math.hypot(640, 360) / math.hypot(320, 270)),  # cropped
         ((350, 300), (640, 360), 28 * math.hypot(640, 360) / math.hypot(350, 300)),  # upright crop
         ((640, 360), (640, 360), 28),  # turned
+        ((360, 203), (640, 360), 28 * math.hypot(640, 360) / math.hypot(360, 203)),  # portrait crop
         ((800, 640), (640, 360), None),  # neither
     ],
 )
@@ -395,6 +397,85 @@ def test_a_focal_length_of_no_lens_counts_as_not_stated(focal_mm):
 def test_a_cropped_picture_keeps_its_lens(size, taken, expected, orientation):
     found = with_focal(28, size, taken, orientation).focal_35mm
     assert found == (None if expected is None else pytest.approx(expected))
+
+
+def lens_of(size=(40, 60), make="", **tags):
+    exif = Image.Exif()
+    exif[Base.Make] = make
+    block = exif.get_ifd(IFD.Exif)
+    for name, value in tags.items():
+        block[Base[name]] = value
+    return decode(jpeg_of(noisy(*size), exif=exif))
+
+
+@pytest.mark.parametrize(
+    ("make", "zoom", "expected"),
+    [
+        ("any", 2.0, 52),
+        ("any", 0, 26),
+        ("any", 1, 26),
+        ("Apple", 2.0, 26),
+        ("", 1e9, 26),
+    ],
+)
+def test_a_digital_zoom_lengthens_the_lens(make, zoom, expected):
+    """iPhones state the focal length of what is left, others that of the lens."""
+    found = lens_of(make=make, FocalLengthIn35mmFilm=26, DigitalZoomRatio=zoom)
+    assert found.focal_35mm == pytest.approx(expected)
+    assert [("zoomed digitally" in note) for note in found.notes] == [True] * (expected == 52)
+
+
+def panorama(full=None, shown=None, kind="equirectangular", *, elements=False, size=(50, 100)):
+    """A JPEG with GPano, as attributes or as elements."""
+    values = {
+        "ProjectionType": kind,
+        "FullPanoWidthPixels": full,
+        "CroppedAreaImageWidthPixels": shown,
+    }
+    stated = {name: value for name, value in values.items() if value is not None}
+    attributes = "" if elements else " ".join(f'GPano:{k}="{v}"' for k, v in stated.items())
+    inside = "".join(f"<GPano:{k}>{v}</GPano:{k}>" for k, v in stated.items()) if elements else ""
+    xmp = f"<rdf:Description {attributes}>{inside}</rdf:Description>".encode()
+    return decode(jpeg_of(noisy(*size), xmp=xmp))
+
+
+@pytest.mark.parametrize("elements", [False, True])
+def test_a_full_panorama_is_said_to_be_none_of_a_lens(elements):
+    found = panorama(8000, 8000, elements=elements)
+    assert found.panorama and found.focal_35mm is None
+    assert "a panorama, not a perspective picture" in found.notes[0]
+
+
+@pytest.mark.parametrize(("full", "shown"), [(None, None), ("many", 10), (0, 10), (100, 4000)])
+def test_a_panorama_of_nonsense_numbers_is_a_full_one(full, shown):
+    assert panorama(full, shown).panorama
+
+
+def test_a_narrow_part_of_a_panorama_has_the_lens_of_its_angle():
+    """100 pixels show 60 degrees, whatever size they had: f = 100 / (pi / 3) in the middle."""
+    found = panorama(6000, 1000)
+    assert not found.panorama and not found.notes
+    focal_px = Intrinsics.from_focal_35mm(found.focal_35mm, found.size).focal_px
+    assert focal_px == pytest.approx(100 / (math.pi / 3))
+
+
+def test_a_rectilinear_part_of_a_panorama_is_an_ordinary_picture():
+    assert not panorama(6000, 6000, "rectilinear").panorama
+
+
+def test_panoramas_of_iphones_are_known_without_gpano():
+    assert lens_of(FocalLengthIn35mmFilm=26, CustomRendered=6).panorama
+    assert not lens_of(FocalLengthIn35mmFilm=26, CustomRendered=8).panorama
+
+
+@pytest.mark.parametrize("orientation", [1, 3, 6, 8])
+@pytest.mark.parametrize("taken", [(400, 300), (300, 400)])
+def test_a_phones_upright_shot_has_one_lens_however_its_size_is_stated(orientation, taken):
+    """The sensor lies on its side; phones state the size before or after turning."""
+    found = with_focal(26, (300, 400), taken, orientation)
+    camera = Intrinsics.from_focal_35mm(found.focal_35mm, found.size)
+    assert found.size == ((400, 300) if orientation in {6, 8} else (300, 400))
+    assert camera.focal_px == pytest.approx(26 * 500 / math.hypot(36, 24))
 
 
 def png_with(text=b"", *, break_checksum=False):

@@ -1,11 +1,13 @@
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
 from predictions import make_prediction
 
+from footprints_edge.drawing.occupancy_grid import draw_bev
 from footprints_edge.errors import GroundPlaneError, OutputError
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.ground_plane import fit_ground_plane
@@ -16,6 +18,7 @@ from footprints_edge.navigation.occupancy_grid import (
     VISIBLE,
     OccupancyGrid,
 )
+from footprints_edge.outputs.json_summary import summarise
 
 SIZE = (256, 448)
 CAMERA = Intrinsics(300, 300, 223.5, 127.5)
@@ -104,22 +107,40 @@ def test_the_box_is_occupied_and_the_floor_behind_it_is_not_free(grid, walkable)
 @pytest.mark.parametrize(("robot_height_m", "stands"), [(0.5, True), (1.0, False), (1.6, True)])
 def test_a_robot_passes_beneath_what_is_higher(robot_height_m, stands):
     """A lamp or a shelf: seen from 0.9 to 1.4 m above the floor and, for 0.5, a box of 0.7 m."""
-    scene = exact()
-    if robot_height_m != 0.5:
-        lifted = scene.visible_depth_m.copy()
-        rows = slice(60, 80)
-        down = np.cos(PITCH) * (np.arange(SIZE[0]) - CAMERA.cy) / CAMERA.fy + np.sin(PITCH)
-        lifted[:] = scene.unmasked_ground_depth_m
-        lifted[rows, 200:250] = ((HEIGHT_M - 1.2) / down[rows])[:, None]
-        visible = scene.ground.astype(np.float32)
-        visible[rows, 200:250] = 0
-        scene = scene.with_maps(
-            visible_ground_probability=visible,
-            ground_probability=np.ones(SIZE, np.float32),
-            visible_depth_m=lifted,
-        )
+    scene = exact() if robot_height_m == 0.5 else with_a_shelf()
     cells = scene.top_down(0.05, 6, robot_height_m=robot_height_m).cells
     assert (cells == OCCUPIED).any() == stands
+
+
+def with_a_shelf():
+    """Nothing but a board, 1.2 m above the floor."""
+    scene = exact()
+    rows = slice(60, 80)
+    down = np.cos(PITCH) * (np.arange(SIZE[0]) - CAMERA.cy) / CAMERA.fy + np.sin(PITCH)
+    lifted = scene.unmasked_ground_depth_m.copy()
+    lifted[rows, 200:250] = ((HEIGHT_M - 1.2) / down[rows])[:, None]
+    visible = scene.ground.astype(np.float32)
+    visible[rows, 200:250] = 0
+    return scene.with_maps(
+        visible_ground_probability=visible,
+        ground_probability=np.ones(SIZE, np.float32),
+        visible_depth_m=lifted,
+    )
+
+
+@pytest.mark.parametrize(("robot_height_m", "stands"), [(1.0, False), (1.6, True)])
+def test_the_height_given_to_predict_holds_for_all_results(robot_height_m, stands):
+    scene = replace(with_a_shelf(), robot_height_m=robot_height_m)
+    assert (scene.top_down(0.05, 6).cells == OCCUPIED).any() == stands
+    assert np.isfinite(scene.scan().ranges_m).any() == stands
+    assert (summarise(scene)["nearest_obstacle_m"] is not None) == stands
+    black = np.asarray(draw_bev(scene, 300)) == (8, 9, 13)
+    assert black.all(axis=-1).any() == stands
+    if stands:
+        facts = summarise(scene)
+        at_m = scene.scan([facts["nearest_obstacle_bearing_deg"]]).ranges_m[0]
+        assert facts["nearest_obstacle_m"] == pytest.approx(at_m, abs=1e-3)
+        assert facts["robot_height_m"] == robot_height_m
 
 
 def test_noise_of_a_few_pixels_is_no_obstacle(scene):
