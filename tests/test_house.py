@@ -27,6 +27,7 @@ ORDER = {
         "drawing",
         "outputs",
         "video",
+        "ros",
         "prediction",
         "model",
         "__init__",

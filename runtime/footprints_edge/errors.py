@@ -58,5 +58,9 @@ class NoPathError(PlanningError):
     """The start and the goal are on the ground, but no path over the ground connects them."""
 
 
+class BagError(FootprintsError):
+    """A ROS bag cannot be read or written, shows no picture, or rosbags is missing."""
+
+
 class VideoError(FootprintsError):
     """A video or camera cannot be opened or read, or OpenCV is missing."""

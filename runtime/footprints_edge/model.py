@@ -309,7 +309,7 @@ class Model:
         )
         return stream_video(
             open_video(os.fspath(source), Pace(every, max_fps)),
-            lambda rgb: predict(DecodedImage(rgb)),
+            lambda frame: predict(frame.image),
             then=Tracker().update if smooth else None,
             at_once=1 if workers is None else workers,
         )

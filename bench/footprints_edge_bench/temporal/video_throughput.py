@@ -142,7 +142,7 @@ def _process(
     paths = video_paths(out, video.name, ["overlay", "json"])
     return run_pipeline(
         opened,
-        lambda rgb: model.predict(DecodedImage(rgb)),
+        lambda frame: model.predict(frame.image),
         open_sinks(paths, opened.fps),
         progress,
         at_once=at_once,

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from footprints_edge.maps.ground_maps import GroundMaps
     from footprints_edge.model import Camera
     from footprints_edge.outputs.writers import Encoder
+    from footprints_edge.ros.ground_messages import GroundOutput
 
 app = typer.Typer(context_settings=HELP, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -30,14 +31,18 @@ def infer(
     images: Annotated[
         list[str],
         typer.Argument(
-            help="Pictures, folders, or - for standard input; videos, rtsp://…, camera:0."
+            help="Pictures, folders, or - for standard input; videos, rtsp://…, camera:0; bags "
+            "of ROS."
         ),
     ],
     *,
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", help="Folder for the results. Default: beside each picture."
+            "-o",
+            "--output",
+            help="Folder for the results, or for one bag the bag to write (.mcap, .bag). Default: "
+            "beside each picture.",
         ),
     ] = None,
     formats: Annotated[
@@ -45,7 +50,8 @@ def infer(
         typer.Option(
             "--format",
             help="Output formats, separated by commas: overlay (default), npz, png16, json, ply, "
-            "topdown, topdown_npz, topdown_ply, topdown_picture. For videos: overlay, json.",
+            "topdown, topdown_npz, topdown_ply, topdown_picture. For videos: overlay, json. For "
+            "bags: grid, scan, points, overlay; default: all.",
         ),
     ] = None,
     model: Annotated[
@@ -143,6 +149,16 @@ def infer(
         bool,
         typer.Option("--bev", "--panel", help="Add a bird's-eye view beside the overlay."),
     ] = False,
+    topic: Annotated[
+        str | None, typer.Option(help="Topic of a bag's pictures, if it has several.")
+    ] = None,
+    ground_frame: Annotated[
+        str, typer.Option(help="Bags: name of the ground's frame, below the camera.")
+    ] = "camera_footprint",
+    hidden: Annotated[
+        str,
+        typer.Option(help="Bags: what hidden ground is in grids: cost, unknown or free."),
+    ] = "cost",
     recursive: Annotated[
         bool, typer.Option("--recursive", help="Search sub-folders, too.")
     ] = False,
@@ -167,6 +183,7 @@ def infer(
         from footprints_edge.cli.camera_options import CameraOptions
         from footprints_edge.cli.sources import folder_of_videos
         from footprints_edge.model_files.registry import resolve
+        from footprints_edge.ros.bag_names import is_bag
 
         warnings.filterwarnings("ignore", module=r"PIL\.")  # serious problems raise ImageError
         from footprints_edge.geometry.camera_pose import CameraPose
@@ -186,18 +203,25 @@ def infer(
             extra[".overlay.png"] = _overlay_with_bev
         images = [part for name in images for part in folder_of_videos(name, recursive=recursive)]
         videos = _videos_among(images, raw)
-        pictures = [name for name in images if name not in videos]
-        if videos and path:
+        bags = [] if raw else [name for name in images if is_bag(name)]
+        pictures = [name for name in images if name not in {*videos, *bags}]
+        if (videos or bags) and path:
             raise typer.BadParameter("--path works on pictures only, not on videos")
-        if not videos and (smooth or every != 1 or max_fps is not None):
+        if not (videos or bags) and (smooth or every != 1 or max_fps is not None):
             raise typer.BadParameter("--every, --max-fps and --smooth are for videos")
+        content = _bag_content(bags, images, formats, topic, ground_frame, hidden, output)
         if videos:
             from footprints_edge.video.capture import Pace, RawFormat
 
             pace = Pace(every, max_fps)
             layout = RawFormat.parse(raw) if raw else None
         batch = plan(
-            pictures, wanted, output, recursive=recursive, overwrite=overwrite, extra=extra
+            pictures,
+            wanted if pictures or not bags else ["overlay"],
+            output,
+            recursive=recursive,
+            overwrite=overwrite,
+            extra=extra,
         )
         how = {
             "threshold": threshold,
@@ -234,6 +258,14 @@ def infer(
             loaded = load(model, threads=1, providers=providers or None, engine=engine)
             predict = partial(loaded.predict, **how)
             infer_videos(videos, options, predict, batch)
+        if content is not None:
+            from footprints_edge.cli.infer_bag import BagOptions, infer_bags
+
+            bag_options = BagOptions(
+                every, max_fps, topic, camera, content, bev, smooth, threads, output,
+                overwrite=overwrite, quiet=quiet,
+            )  # fmt: skip
+            infer_bags(bags, bag_options, (model, providers or None, engine), how, batch)
         _close(batch, quiet=quiet)
 
 
@@ -288,6 +320,40 @@ def _videos_among(named: list[str], raw: str | None) -> list[str]:
     if named != ["-"]:
         raise typer.BadParameter("--raw describes standard input; give - and nothing else")
     return named
+
+
+def _bag_content(
+    bags: list[str],
+    all_inputs: list[str],
+    formats: list[str] | None,
+    topic: str | None,
+    ground_frame: str,
+    hidden: str,
+    output: Path | None,
+) -> "GroundOutput | None":
+    """What is written of bags; None without bags."""
+    from footprints_edge.ros.bag_names import names_file
+
+    if names_file(output) and not (bags and len(all_inputs) == 1):
+        raise typer.BadParameter(f"-o {output} names a bag, which is for one bag; give a folder")
+    if not bags:
+        if topic is not None:
+            raise typer.BadParameter("--topic is for bags of ROS")
+        return None
+    from footprints_edge.ros.ground_messages import HIDDEN_COSTS, GroundOutput
+
+    everything = GroundOutput()
+    kinds = [part.strip() for text in formats or everything.kinds for part in text.split(",")]
+    if unknown := [kind for kind in kinds if kind not in everything.kinds]:
+        raise typer.BadParameter(
+            f"bags do not support the format {', '.join(unknown)}; choose from "
+            f"{', '.join(everything.kinds)}"
+        )
+    if hidden not in HIDDEN_COSTS:
+        raise typer.BadParameter(f"--hidden {hidden}: give {', '.join(HIDDEN_COSTS)}")
+    if not ground_frame:
+        raise typer.BadParameter("--ground-frame is empty; give a name")
+    return GroundOutput(tuple(kinds), ground_frame, hidden)
 
 
 def _overlay_with_bev(prediction: "GroundMaps") -> bytes:

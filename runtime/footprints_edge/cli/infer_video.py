@@ -24,7 +24,8 @@ from footprints_edge.video.sources import without_password
 if TYPE_CHECKING:
     from footprints_edge.prediction import Prediction
 
-_REDRAW_S = 0.2
+REDRAW_S = 0.2
+"""Least time between two progress lines."""
 
 
 @dataclass(frozen=True)
@@ -108,15 +109,15 @@ def _infer_video(
         if not paths:
             return False
         sinks = open_sinks(paths, video.fps, bev=options.bev, endless=video.path is None)
-        then = _smoother() if options.smooth else None
+        then = smoother() if options.smooth else None
         stack.pop_all()  # the pipeline closes it
-    progress = ProgressLine(shown=not options.quiet, every_s=_REDRAW_S)
+    progress = ProgressLine(shown=not options.quiet, every_s=REDRAW_S)
     try:
         stats = run_pipeline(
             video,
-            lambda rgb: predict(DecodedImage(rgb)),
+            lambda frame: predict(frame.image),
             sinks,
-            lambda stats: progress.show(_progress_text(video, stats)),
+            lambda stats: progress.show(progress_text(video, stats)),
             at_once=options.at_once,
             then=then,
         )
@@ -126,19 +127,21 @@ def _infer_video(
             if sink.written is not None:
                 name_file(sink.written)
     if not options.quiet:
-        complain(_summary_line(video, stats))
+        complain(summary_line(video, stats))
     if not stats.frames and not stats.interrupted:
         raise OutputError(f"{video.name} has no usable frame; {stats.reason or 'it is empty'}")
     return stats.interrupted
 
 
-def _smoother() -> "Callable[[Prediction], Prediction]":
+def smoother() -> "Callable[[Prediction], Prediction]":
+    """What smooths the predictions of one video, in order."""
     from footprints_edge.video.smoothing import Tracker
 
     return Tracker().update
 
 
-def _progress_text(video: Video, stats: VideoStats) -> str:
+def progress_text(video: Video, stats: VideoStats) -> str:
+    """The progress line of a video under way."""
     total = f"/{video.total}" if video.total else ""
     line = f"{video.name}  {stats.frames}{total} frames, {stats.fps:.1f} fps"
     if stats.dropped:
@@ -148,7 +151,8 @@ def _progress_text(video: Video, stats: VideoStats) -> str:
     return line
 
 
-def _summary_line(video: Video, stats: VideoStats) -> str:
+def summary_line(video: Video, stats: VideoStats) -> str:
+    """What is said of a video at its end."""
     line = f"{video.name}: {stats.frames} frames, {stats.fps:.1f} fps"
     if stats.dropped:
         line += f", {stats.dropped} dropped to keep up"

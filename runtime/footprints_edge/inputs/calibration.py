@@ -74,6 +74,41 @@ class Calibration:
         except IntrinsicsError as error:
             raise IntrinsicsError(f"{path}: {error}") from None
 
+    @classmethod
+    def of(
+        cls, size: Size, matrix: NDArray[np.float64], model: str, distortion: NDArray[np.float64]
+    ) -> "Calibration":
+        """The calibration that a file or a message states.
+
+        Args:
+            size: (H, W) of the pictures of the calibration.
+            matrix: 9 numbers, K by rows.
+            model: The distortion's model as ROS names it; empty if it is not stated.
+            distortion: Its coefficients.
+
+        Raises:
+            IntrinsicsError: If the model is not supported, or the numbers cannot be.
+        """
+        coefficients = np.ravel(distortion)
+        if model in _FISHEYE:
+            known: DistortionModel = "equidistant"
+        elif model in {"", "plumb_bob", "rational_polynomial"}:
+            rational = model == "rational_polynomial" or coefficients.size > 5
+            known = "rational_polynomial" if rational else "plumb_bob"
+        else:
+            raise IntrinsicsError(
+                f"the distortion model is {model!r}; plumb_bob, rational_polynomial and "
+                "equidistant are supported"
+            )
+        if coefficients.size not in _COEFFICIENTS[known] or not np.isfinite(coefficients).all():
+            raise IntrinsicsError(
+                f"{known} has {coefficients.size} coefficients; it needs "
+                f"{' or '.join(map(str, _COEFFICIENTS[known]))} finite numbers"
+            )
+        K = np.reshape(matrix, (3, 3))
+        Intrinsics(K[0, 0], K[1, 1], K[0, 2], K[1, 2])  # rejects impossible values
+        return cls(size, K, known, coefficients)
+
     def rectified(self, image: DecodedImage) -> tuple[DecodedImage, Intrinsics]:
         """The picture as a pinhole camera would have taken it, and that camera.
 
@@ -168,26 +203,8 @@ def _parsed(text: str) -> Calibration:
         raise IntrinsicsError(
             f"the pictures of a calibration cannot be {width:g} x {height:g} pixels"
         )
-    coefficients = distortion.ravel()
-    if name in _FISHEYE or fisheye:
-        model: DistortionModel = "equidistant"
-    elif name == "rational_polynomial" or coefficients.size > 5:
-        model = "rational_polynomial"
-    elif name in {"", "plumb_bob"}:
-        model = "plumb_bob"
-    else:
-        raise IntrinsicsError(
-            f"the distortion model is {name!r}; plumb_bob, rational_polynomial and equidistant "
-            "are supported"
-        )
-    if coefficients.size not in _COEFFICIENTS[model] or not np.isfinite(coefficients).all():
-        raise IntrinsicsError(
-            f"{model} has {coefficients.size} coefficients; it needs "
-            f"{' or '.join(map(str, _COEFFICIENTS[model]))} finite numbers"
-        )
-    K = matrix.reshape(3, 3)
-    Intrinsics(K[0, 0], K[1, 1], K[0, 2], K[1, 2])  # rejects impossible values
-    return Calibration((round(height), round(width)), K, model, coefficients)
+    size = round(height), round(width)
+    return Calibration.of(size, matrix, "equidistant" if fisheye else name, distortion)
 
 
 def _matrix(storage: Any, *names: str) -> NDArray[np.float64] | None:  # noqa: ANN401 - cv2's

@@ -13,6 +13,7 @@ import numpy as np
 from footprints_edge.errors import VideoError
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Rgb, Size
+from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.video.plain_names import plain_name
 from footprints_edge.video.sources import CAMERA, is_live, without_password
 
@@ -47,6 +48,12 @@ class VideoFrame:
     index: int
     time_s: float
     rgb: Rgb | None
+
+    @property
+    def image(self) -> DecodedImage:
+        """The frame as the model takes it; for frames that are not broken."""
+        assert self.rgb is not None
+        return DecodedImage(self.rgb)
 
 
 @dataclass(frozen=True)

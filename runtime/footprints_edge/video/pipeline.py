@@ -9,7 +9,6 @@ from time import perf_counter
 from typing import Generic, Literal, Protocol, TypeAlias
 
 from footprints_edge.errors import FootprintsError, VideoError
-from footprints_edge.foundation.types import Rgb
 from footprints_edge.maps.ground_maps import GroundMaps, MapsT
 from footprints_edge.video.capture import Video, VideoFrame
 from footprints_edge.video.frame_queue import POLL_S, QUEUE_SIZE, FrameQueue
@@ -57,7 +56,7 @@ class VideoStats:
 
 def run_pipeline(
     video: Video,
-    predict: Callable[[Rgb], MapsT],
+    predict: Callable[[VideoFrame], MapsT],
     sinks: Sequence[Sink],
     progress: Callable[[VideoStats], None] = lambda _: None,
     *,
@@ -74,7 +73,7 @@ def run_pipeline(
 
     Args:
         video: The video to read; closed at the end.
-        predict: Predicts a frame; called from `at_once` threads.
+        predict: Predicts a frame that is not broken; called from `at_once` threads.
         sinks: The outputs; closed at the end, even after an error.
         progress: Callback after every frame.
         at_once: Number of frames to predict in parallel. Two frames on one thread each are faster
@@ -199,7 +198,9 @@ class _Decoder(_Stage):
 class _Predictors(_Stage, Generic[MapsT]):
     """Passes each frame to the next free thread; returns the results in order."""
 
-    def __init__(self, decoder: _Decoder, predict: Callable[[Rgb], MapsT], at_once: int) -> None:
+    def __init__(
+        self, decoder: _Decoder, predict: Callable[[VideoFrame], MapsT], at_once: int
+    ) -> None:
         super().__init__()
         self._decoder, self._predict = decoder, predict
         self._pool = ThreadPoolExecutor(at_once, thread_name_prefix="predict")
@@ -210,8 +211,8 @@ class _Predictors(_Stage, Generic[MapsT]):
     def work(self) -> None:
         try:
             while self._free.acquire() and (frame := self._decoder.next()) is not None:
-                rgb = frame.rgb
-                future = None if rgb is None else self._pool.submit(self._predict, rgb)
+                broken = frame.rgb is None
+                future = None if broken else self._pool.submit(self._predict, frame)
                 self._pending.put((frame, future))
         finally:
             self._pending.put(None)

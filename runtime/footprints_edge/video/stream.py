@@ -6,7 +6,6 @@ from threading import Thread
 from typing import Generic, cast
 
 from footprints_edge.errors import VideoError
-from footprints_edge.foundation.types import Rgb
 from footprints_edge.maps.ground_maps import MapsT
 from footprints_edge.video.capture import Video, VideoFrame
 from footprints_edge.video.frame_queue import FrameQueue
@@ -30,7 +29,7 @@ class StreamedFrame(Generic[MapsT]):
 
 def stream_video(
     video: Video,
-    predict: Callable[[Rgb], MapsT],
+    predict: Callable[[VideoFrame], MapsT],
     *,
     then: Callable[[MapsT], MapsT] | None = None,
     at_once: int = 1,
@@ -47,7 +46,7 @@ def stream_video(
 
 def _frames(
     video: Video,
-    predict: Callable[[Rgb], MapsT],
+    predict: Callable[[VideoFrame], MapsT],
     then: Callable[[MapsT], MapsT] | None,
     at_once: int,
 ) -> Iterator[StreamedFrame[MapsT]]:

@@ -62,8 +62,8 @@ def numbered(index):
     return VideoFrame(index, index / 30, np.full((4, 4, 3), index, np.uint8))
 
 
-def number_of(rgb):
-    return int(rgb[0, 0, 0])
+def number_of(frame):
+    return int(frame.rgb[0, 0, 0])
 
 
 def some_frames(number, broken=()):
@@ -73,7 +73,7 @@ def some_frames(number, broken=()):
 
 def test_every_frame_of_a_file_reaches_the_sinks_in_order():
     sink = Collector(delay_s=0.002)
-    stats = run_pipeline(source(some_frames(50)), lambda rgb: rgb.sum(), [sink])
+    stats = run_pipeline(source(some_frames(50)), lambda frame: frame.rgb.sum(), [sink])
     assert sink.indices == list(range(50))
     assert (stats.frames, stats.dropped, stats.broken, sink.closed) == (50, 0, 0, 1)
 
@@ -88,8 +88,8 @@ def test_stages_overlap():
         together.wait()
         yield numbered(2)
 
-    def predict(rgb):
-        if number_of(rgb) == 1:
+    def predict(frame):
+        if number_of(frame) == 1:
             together.wait()
 
     sink = WaitingSink(lambda index: together.wait() if index == 0 else None)
@@ -103,8 +103,8 @@ def test_frames_are_predicted_in_parallel_and_come_out_in_order():
     ended = [threading.Event() for _ in range(24)]
     followed = []
 
-    def predict(rgb):
-        index = number_of(rgb)
+    def predict(frame):
+        index = number_of(frame)
         together.wait()
         if index % 3 == 0:
             assert all(event.wait(PATIENCE_S) for event in ended[index + 1 : index + 3])
@@ -148,8 +148,8 @@ def test_a_live_source_keeps_all_predictors_busy():
             yield numbered(index)
             assert begun[index].wait(PATIENCE_S)
 
-    def predict(rgb):
-        begun[number_of(rgb)].set()
+    def predict(frame):
+        begun[number_of(frame)].set()
         together.wait()
 
     sink = Collector()
@@ -160,8 +160,8 @@ def test_a_live_source_keeps_all_predictors_busy():
 def test_begun_frames_are_written_when_the_video_is_interrupted():
     begun = []
 
-    def predict(rgb):
-        begun.append(number_of(rgb))
+    def predict(frame):
+        begun.append(number_of(frame))
         time.sleep(0.05)
         return begun[-1]
 
@@ -238,10 +238,10 @@ def test_a_live_source_drops_the_oldest_frames_and_never_waits():
 def test_broken_frames_are_counted_and_the_others_come_out():
     calls = count()
 
-    def predict(rgb):
+    def predict(frame):
         if next(calls) == 2:
             raise ModelError("no memory for this one")
-        return rgb
+        return frame
 
     sink = Collector()
     stats = run_pipeline(source(some_frames(10, broken={4, 5})), predict, [sink])
@@ -254,21 +254,21 @@ def test_a_video_stops_when_no_sink_is_left():
     bad = Collector(fails_at=3)
     endless = (VideoFrame(index, index / 30, shade(0)) for index in count())
     with pytest.raises(OSError, match="disk full"):
-        run_pipeline(source(endless), lambda rgb: rgb, [bad])
+        run_pipeline(source(endless), lambda frame: frame, [bad])
     assert bad.endings == ["failed"]
 
 
 def test_a_failing_sink_does_not_stop_the_others():
     good, bad = Collector(), Collector(fails_at=3)
     with pytest.raises(OSError, match="disk full"):
-        run_pipeline(source(some_frames(20)), lambda rgb: rgb, [bad, good])
+        run_pipeline(source(some_frames(20)), lambda frame: frame, [bad, good])
     assert (good.indices, good.endings) == (list(range(20)), ["whole"])
     assert bad.endings == ["failed"]
 
 
 def test_a_video_without_a_usable_frame_failed():
     sink = Collector()
-    run_pipeline(source(some_frames(0)), lambda rgb: rgb, [sink])
+    run_pipeline(source(some_frames(0)), lambda frame: frame, [sink])
     assert sink.endings == ["failed"]
 
 
@@ -279,11 +279,11 @@ def test_an_error_of_the_source_is_raised_after_its_frames_are_written():
 
     sink = Collector()
     with pytest.raises(VideoError, match="the camera is gone"):
-        run_pipeline(source(failing()), lambda rgb: rgb, [sink])
+        run_pipeline(source(failing()), lambda frame: frame, [sink])
     assert (len(sink.got), sink.endings) == (5, ["failed"])
 
 
 def test_no_thread_is_left_behind(clip):
     before = threading.active_count()
-    run_pipeline(open_video(str(clip)), lambda rgb: rgb, [Collector()])
+    run_pipeline(open_video(str(clip)), lambda frame: frame, [Collector()])
     assert threading.active_count() == before
