@@ -124,7 +124,9 @@ def _plane(
         reasons = found["refused"], expected["refused"]
         return f"refused: {reasons[0]}", f"refused: {reasons[1]}", reasons[0] == reasons[1]
     ups = [np.asarray(plane["up"], np.float64) for plane in (found, expected)]
-    off_deg = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(*ups)), np.dot(*ups))))
+    off_deg = float(
+        np.degrees(np.arctan2(np.linalg.norm(np.cross(ups[0], ups[1])), np.dot(ups[0], ups[1])))
+    )
     off_height = abs(found["camera_height_m"] / expected["camera_height_m"] - 1)
     plane = GroundPlane(ups[0] / np.linalg.norm(ups[0]), 1.0, 0.0)
     off_angles = found["pitch_deg"] - plane.pitch_deg, found["roll_deg"] - plane.roll_deg

@@ -18,7 +18,7 @@ from footprints_edge.geometry.camera_pose import CameraPose
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.maps.decode import DecodedMaps
 from footprints_edge.maps.ground_maps import ModelInfo
-from footprints_edge.navigation.obstacles import ROBOT_HEIGHT_M
+from footprints_edge.geometry.obstacle_heights import ROBOT_HEIGHT_M
 from footprints_edge.navigation.occupancy_grid import HIDDEN, VISIBLE
 from footprints_edge.navigation.path_planning import STEP_COST
 from footprints_edge.prediction import Prediction
@@ -89,7 +89,7 @@ def metres(prediction: Prediction, entry: Mapping[str, Any]) -> dict[str, Any]:
     found[GRID] = grid.cells
     found[RANGES[0]] = grid.nearest_obstacle_m(BEARINGS_DEG)
     found[RANGES[1]] = prediction.scan(
-        BEARINGS_DEG, robot_height_m=facts["robot_height_m"]
+        BEARINGS_DEG.tolist(), robot_height_m=facts["robot_height_m"]
     ).ranges_m
     if entry["path"] is not None:
         named = entry["path"]
