@@ -3,6 +3,7 @@
 import math
 import runpy
 from array import array
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +42,11 @@ def as_rclpy(message, get_message):
         return array(message.dtype.char, message.tobytes())
     if not hasattr(message, "__msgtype__"):
         return message
-    parts = {name: as_rclpy(value, get_message) for name, value in vars(message).items()}
+    parts = {
+        field.name: as_rclpy(getattr(message, field.name), get_message)
+        for field in fields(message)
+        if "ClassVar" not in str(field.type)
+    }
     return get_message(message.__msgtype__)(**parts)
 
 
