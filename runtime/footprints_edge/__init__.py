@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from footprints_edge.errors import BagError as BagError
     from footprints_edge.errors import CameraPoseError as CameraPoseError
     from footprints_edge.errors import FootprintsError as FootprintsError
     from footprints_edge.errors import GroundPlaneError as GroundPlaneError
@@ -46,6 +47,7 @@ if not os.environ.get("ORT_DISABLE_TELEMETRY"):
 
 _PUBLIC = {
     "errors": (
+        "BagError",
         "CameraPoseError",
         "FootprintsError",
         "GroundPlaneError",

@@ -17,16 +17,15 @@ def stamp_of(index):
 
 
 def picture(index, size=SIZE):
-    """uint8 (H, W, 3): for the tiny model visible ground below, hidden ground in a block, and
-    things above, all a few metres away."""
+    """uint8 (H, W, 3): for the tiny model ground below the horizon, a part of it hidden, and above
+    it a wall."""
     height, width = size
+    below = np.arange(height)[:, None] - height // 2
     rgb = np.zeros((height, width, 3), np.uint8)
-    rows = np.arange(height)[:, None]
     rgb[height // 2 :, :, 1] = 230
-    rgb[height // 2 + 4 : height // 2 + 12, 20:40] = (230, 0, 0)
-    # inverse depth falls to 0 at the horizon: a plane
-    rgb[..., 2] = np.clip(rows - height / 2 + 6, 3, None) * 5 % 251
-    rgb[0, 0] = index
+    rgb[height // 2 + 6 : height // 2 + 12, 20:40, :2] = (230, 0)
+    rgb[..., 2] = np.where(below > 0, 2 * below, 12)  # inverse depth of a plane
+    rgb[0, 0] = index % 256
     return rgb
 
 
@@ -134,7 +133,7 @@ def mcap_file(folder, items):
     return (bag / "drive_mcap.mcap").rename(folder / "drive.mcap")
 
 
-def drive(count=5, ros=2, image="/front/image_raw", info="/front/camera_info"):
+def drive(count=3, ros=2, image="/front/image_raw", info="/front/camera_info"):
     """The items of a drive: each picture with its camera."""
     messages = Messages(ros)
     for index in range(count):

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Self, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -126,7 +126,7 @@ class GroundMaps:
         """Whether the model file has this map: one of the names in `MAPS`."""
         return name in MAPS and getattr(self.maps, name) is not None
 
-    def with_maps(self, *, laid_onto: GroundPlane | None = None, **maps: Floats) -> Self:
+    def with_maps(self: MapsT, *, laid_onto: GroundPlane | None = None, **maps: Floats) -> MapsT:
         """The same prediction with some maps replaced.
 
         Args:
@@ -208,11 +208,11 @@ class GroundMaps:
         """File of the picture, None if it was not read from a file."""
         return self.picture.path
 
-    def at_image_size(self) -> Self:
+    def at_image_size(self: MapsT) -> MapsT:
         """The same prediction with maps at the picture's full size."""
         return self.at_size(self.image_size)
 
-    def at_size(self, size: Size) -> Self:
+    def at_size(self: MapsT, size: Size) -> MapsT:
         """The same prediction with maps at another size.
 
         Probabilities are interpolated before the threshold, depths as inverse depth.

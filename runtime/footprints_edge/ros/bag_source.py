@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from footprints_edge.errors import BagError, FootprintsError, IntrinsicsError, VideoError
 from footprints_edge.inputs.images import DecodedImage
-from footprints_edge.ros.camera_info import camera_of
+from footprints_edge.ros.camera_info import LatestCamera
 from footprints_edge.ros.image_messages import picture_of
 from footprints_edge.ros.messages import Header, Time
 from footprints_edge.ros.rosbags_library import open_reader
@@ -166,14 +166,13 @@ class _Pictures:
     ) -> None:
         self._reader, self._images, self._infos = reader, images, infos
         self._topics, self._pace, self._on_bad = topics, pace, on_bad
-        self._info_key: object = None
-        self._camera: Calibration | Callable[[Size], Intrinsics] | None = None
+        self._latest = LatestCamera(rectified=topics.rectified)
 
     def read_first_camera(self, path: Path) -> None:
         """Reads the first `CameraInfo`, which may stand after the first picture."""
         for connection, _, raw in self._reader.messages(connections=self._infos):
             try:
-                self._use(self._reader.deserialize(raw, connection.msgtype))
+                self._latest.read(self._reader.deserialize(raw, connection.msgtype))
             except Exception as error:
                 raise IntrinsicsError(
                     f"{path}: {connection.topic} cannot be used ({error}); give the camera by "
@@ -192,7 +191,7 @@ class _Pictures:
             for item in self._messages():
                 if isinstance(item, Time):
                     if waiting is not None and waiting.header.stamp == item:
-                        yield replace(waiting, camera=self._camera)
+                        yield replace(waiting, camera=self._latest.camera)
                         waiting = None
                     continue
                 if waiting is not None:
@@ -216,7 +215,7 @@ class _Pictures:
             if connection.topic == self._topics.camera:
                 try:
                     info = self._reader.deserialize(raw, connection.msgtype)
-                    self._use(info)
+                    self._latest.read(info)
                     yield _time(info)
                 except Exception as error:
                     self._on_bad(f"{connection.topic}: {error}; the camera before it holds")
@@ -247,18 +246,7 @@ class _Pictures:
             reason = str(error) if isinstance(error, FootprintsError) else repr(error)
             self._on_bad(message_name(self._topics.images, index, header) + f": {reason}")
         rgb = None if picture is None else picture.pixels
-        return BagFrame(index, time_s, rgb, logged_ns, header, picture, self._camera)
-
-    def _use(self, info: Any) -> None:  # noqa: ANN401 - rosbags is optional
-        """Takes the camera of a message, unless it is that of the last one."""
-        key = tuple(
-            value.tobytes() if hasattr(value, "tobytes") else repr(value)
-            for name, value in vars(info).items()
-            if name != "header"
-        )
-        if key != self._info_key:
-            self._camera = camera_of(info, rectified=self._topics.rectified)
-            self._info_key = key
+        return BagFrame(index, time_s, rgb, logged_ns, header, picture, self._latest.camera)
 
 
 def message_name(topic: str, index: int, header: Header) -> str:

@@ -68,6 +68,40 @@ def camera_of(
     return at_size
 
 
+class LatestCamera:
+    """The camera of the latest `CameraInfo`: one object, with its remap, while that is the same.
+
+    Attributes:
+        camera: What `camera_of` gives; None before the first message.
+    """
+
+    def __init__(self, *, rectified: bool = False) -> None:
+        """Starts without a camera.
+
+        Args:
+            rectified: As for `camera_of`.
+        """
+        self.camera: Calibration | Callable[[Size], Intrinsics] | None = None
+        self._rectified = rectified
+        self._said: object = None
+
+    def read(self, info: Any) -> None:  # noqa: ANN401 - a message of any library
+        """Takes the camera of a message.
+
+        Raises:
+            IntrinsicsError: As `camera_of`; the camera before it stays.
+        """
+        roi = info.roi
+        said = (
+            *(tuple(_either(info, name)) for name in "KDP"),
+            (info.height, info.width, info.distortion_model, info.binning_x, info.binning_y),
+            (roi.x_offset, roi.y_offset, roi.height, roi.width),
+        )
+        if said != self._said:
+            self.camera = camera_of(info, rectified=self._rectified)
+            self._said = said
+
+
 def _either(info: Any, name: str) -> Any:  # noqa: ANN401 - a message of any library
     """A field whose name ROS 2 writes in lower case."""
     return getattr(info, name.lower()) if hasattr(info, name.lower()) else getattr(info, name)
