@@ -17,17 +17,28 @@ from PIL import Image
 from footprints_edge.foundation.types import Floats, Rgb, Size
 from footprints_edge.foundation.version import __version__
 from footprints_edge.geometry.camera import Intrinsics, disparity_to_depth
+from footprints_edge.geometry.camera_pose import CameraPose
 from footprints_edge.inputs.images import DecodedImage, decode
 from footprints_edge.inputs.preprocessing import preprocess, working_size
 from footprints_edge.model import Model
+from footprints_edge.navigation.path_planning import require_graph_search
+from footprints_edge.prediction import Prediction
 from footprints_edge_export.errors import ExportError
+from footprints_edge_export.verification.vector_metres import (
+    PATH,
+    find_named_path,
+    grid_facts,
+    judge_path,
+    metres,
+    prediction_of,
+)
 
-FORMAT = 1
+FORMAT = 2
 """Version of the folder's layout and of ``vectors.json``."""
 
 THRESHOLD = 0.5
-EXAMPLE_PHOTO = Path(__file__).parents[3] / "examples" / "room.jpg"
-"""The photo of the checkout; an installed package has none."""
+EXAMPLE_PHOTO = Path(__file__).with_name("room.jpg")
+"""A rendered room of our own, with its camera in EXIF."""
 
 MASKS = ("visible_ground", "ground", "hidden_ground")
 METRES = ("visible_depth_m", "ground_depth_m")
@@ -55,6 +66,17 @@ class Tolerances:
         own_mask_iou: least intersection over union with the mask that the port's maps give.
         own_mask_iou_at_image_size: the same, after the resize to the image's size.
         own_metres: largest relative difference from the metres that the port's maps give.
+        plane_height: largest relative difference of the camera's height.
+        plane_deg: largest angle between the planes, degrees.
+        flat_depth_median: median relative difference of the depth laid flat.
+        grid_cells: least share of equal cells, of those known in either grid.
+        ranges: least share of bearings whose range, within 5 %, or lack of one is the same.
+        own_plane_height: as plane_height, from the port's own maps; the others likewise.
+        own_plane_deg: as plane_deg.
+        own_flat_depth_p99: the 99th percentile of the relative difference.
+        own_grid_cells: as grid_cells.
+        own_ranges: as ranges.
+        own_path_cost: largest relative difference of the path's cost and length.
     """
 
     probability_mean: float
@@ -67,11 +89,33 @@ class Tolerances:
     own_mask_iou: float = 0.9999
     own_mask_iou_at_image_size: float = 0.998
     own_metres: float = 1e-4
+    plane_height: float = 0.01
+    plane_deg: float = 0.5
+    flat_depth_median: float = 0.01
+    grid_cells: float = 0.95
+    ranges: float = 0.9
+    own_plane_height: float = 0.005
+    own_plane_deg: float = 0.2
+    own_flat_depth_p99: float = 0.01
+    own_grid_cells: float = 0.99
+    own_ranges: float = 0.97
+    own_path_cost: float = 0.05
 
 
 TOLERANCES = {
     "fp32": Tolerances(1e-4, 1e-2, 1e-3, 1e-2, 0.01),
-    "int8": Tolerances(0.02, 0.5, 0.04, 0.2, 0.2),
+    "int8": Tolerances(
+        0.02,
+        0.5,
+        0.04,
+        0.2,
+        0.2,
+        plane_height=0.1,
+        plane_deg=3,
+        flat_depth_median=0.1,
+        grid_cells=0.6,
+        ranges=0.5,
+    ),
 }
 """By the precision of the model file."""
 
@@ -86,12 +130,14 @@ class VectorImage:
         camera: intrinsics of the image, in its pixels.
         network_size: (h, w) of the network's input, if the model leaves it free; None for the
             usual size.
+        pose: what the port is told of the camera's pose.
     """
 
     name: str
     rgb: Rgb
     camera: Intrinsics
     network_size: Size | None
+    pose: CameraPose
 
 
 def write_vectors(model: Model, folder: Path, photo: Path = EXAMPLE_PHOTO) -> list[Path]:
@@ -108,6 +154,7 @@ def write_vectors(model: Model, folder: Path, photo: Path = EXAMPLE_PHOTO) -> li
     Raises:
         ExportError: there is no such photo, the model's precision has no tolerances, or the model
             lacks maps.
+        PlanningError: the packages for paths are not installed.
         ImageError: the photo cannot be read.
     """
     if not photo.is_file():
@@ -121,17 +168,19 @@ def write_vectors(model: Model, folder: Path, photo: Path = EXAMPLE_PHOTO) -> li
         raise ExportError(
             f"{model.path} has {model.metadata.outputs} only; vectors are of all maps"
         )
+    require_graph_search()
     written, entries = [], []
     for image in vector_images(decode(photo)):
         network_input, maps = run_image(model, image)
         entry = _entry(model, image, (maps.shape[2], maps.shape[3]))
-        results: dict[str, NDArray[Any]] = {"input": network_input, "maps": maps}
+        results: dict[str, Any] = {"input": network_input, "maps": maps}
         results |= derived(maps, entry, THRESHOLD)
+        results |= _with_path(entry, prediction_of(maps, entry, THRESHOLD))
         files = {"image": _png(image.rgb)}
-        for name, array in results.items():
-            files[name] = _png(array * np.uint8(255)) if array.dtype == np.bool_ else _npy(array)
+        for name, result in results.items():
+            files[name] = _encoded(result)
         for name, data in files.items():
-            path = folder / image.name / f"{name}{'.png' if data[1:4] == b'PNG' else '.npy'}"
+            path = folder / image.name / f"{name}{_suffix(data)}"
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)
             entry["files"][name] = path.relative_to(folder).as_posix()
@@ -143,9 +192,10 @@ def write_vectors(model: Model, folder: Path, photo: Path = EXAMPLE_PHOTO) -> li
 
 
 def vector_images(photo: DecodedImage) -> list[VectorImage]:
-    """The images: the whole photo, an upright and a square crop of it, and a tiny copy.
+    """The images: the whole photo, an upright and a square crop of it, and small copies.
 
-    All but the first have small network sizes of their own, so that the files stay small.
+    All but the first have small network sizes of their own, so that the files stay small. The last
+    is said to be lower than the gate believes, so the plane is refused.
     """
     height, width = photo.size
     camera = (
@@ -153,22 +203,25 @@ def vector_images(photo: DecodedImage) -> list[VectorImage]:
         if photo.focal_35mm is not None
         else Intrinsics.assumed(photo.size)
     )
-    pieces: tuple[tuple[str, int, Size, Size | None], ...] = (
-        # name, columns from the left that are cut off, size, network size
-        ("landscape", 0, (360, 640), None),
-        ("portrait", width - 3 * height // 4, (480, 360), (256, 192)),
-        ("square", width - height, (360, 360), (224, 224)),
-        ("tiny", 0, (36, 64), (96, 160)),
+    upright, square = width - 3 * height // 4, width - height
+    pieces: tuple[tuple[str, int, Size, Size | None, CameraPose], ...] = (
+        # name, columns from the left that are cut off, size, network size, known pose
+        ("landscape", 0, (360, 640), None, CameraPose()),
+        ("portrait", upright, (480, 360), (256, 192), CameraPose(None, 8.0, 0.5)),
+        ("square", square, (360, 360), (224, 224), CameraPose(height_m=1.4)),
+        ("tiny", 0, (36, 64), (96, 160), CameraPose()),
+        ("known_pose", 0, (180, 320), (96, 160), CameraPose(1.4, 8.0, 0.5)),
+        ("refused", 0, (90, 160), (96, 160), CameraPose(height_m=0.02)),
     )
     found = []
-    for name, left, size, network_size in pieces:
+    for name, left, size, network_size, pose in pieces:
         box = (left, 0, width, height)
         rgb = np.asarray(
             Image.fromarray(photo.rgb).resize(size[::-1], Image.Resampling.LANCZOS, box)
         )
         moved = Intrinsics(camera.fx, camera.fy, camera.cx - left, camera.cy)
         found.append(
-            VectorImage(name, rgb, moved.scaled((height, width - left), size), network_size)
+            VectorImage(name, rgb, moved.scaled((height, width - left), size), network_size, pose)
         )
     return found
 
@@ -200,6 +253,18 @@ def derived(maps: Floats, entry: Mapping[str, Any], threshold: float) -> dict[st
     return found | dict(zip(METRES, metres, strict=True))
 
 
+def _with_path(entry: dict[str, Any], prediction: Prediction) -> dict[str, Any]:
+    """The metres of a vector; its entry gets the path's ends."""
+    margin_m = 0.1 if entry["name"] == "landscape" else 0.0
+    named = find_named_path(prediction, margin_m)
+    entry["path"] = None if named is None else asdict(named)
+    found = metres(prediction, entry)
+    if named is not None:
+        judged = judge_path(prediction, found[PATH], entry)
+        entry["path"] |= {"cost": judged.cost, "length_m": judged.length_m}
+    return found
+
+
 def _resized(values: Floats, size: tuple[int, int] | None) -> Floats:
     """Bilinear, to (width, height)."""
     if size is None:
@@ -220,6 +285,13 @@ def _entry(model: Model, image: VectorImage, network_size: Size) -> dict[str, An
         "network_intrinsics_px": _camera(camera),
         "depth_scale": scale,
         "depth_range_m": [scale * bound for bound in model.metadata.depth_range_m],
+        "known_pose": {
+            "camera_height_m": image.pose.height_m,
+            "pitch_deg": image.pose.pitch_deg,
+            "roll_deg": image.pose.roll_deg,
+        },
+        "grid": grid_facts(),
+        "path": None,
         "files": {},
     }
 
@@ -251,6 +323,16 @@ def _manifest(model: Model, entries: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _camera(camera: Intrinsics) -> dict[str, float]:
     return {"fx": camera.fx, "fy": camera.fy, "cx": camera.cx, "cy": camera.cy}
+
+
+def _encoded(result: NDArray[Any] | dict[str, Any]) -> bytes:
+    if isinstance(result, dict):
+        return (json.dumps(result, indent=2) + "\n").encode()
+    return _png(result * np.uint8(255)) if result.dtype == np.bool_ else _npy(result)
+
+
+def _suffix(data: bytes) -> str:
+    return {b"\x89PNG": ".png", b"\x93NUM": ".npy"}.get(data[:4], ".json")
 
 
 def _png(pixels: NDArray[np.uint8]) -> bytes:

@@ -15,16 +15,18 @@ from footprints_edge.foundation.types import Floats, Mask, Size
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.camera_pose import CameraPose, up_vector
 
+# docs/porting-metres.md repeats this file in pseudo-code: what changes here changes there.
+
 _FEWEST_PIXELS = 20
 _TRIALS = 150
 """Triples drawn. If half of the pixels are inliers, at least one triple is free of outliers with
 probability 1 - 1e-8."""
 
 _FITTED = 8000
-"""Maximum number of pixels for the fit, drawn uniformly: three parameters need no more."""
+"""Maximum number of pixels for the fit, evenly drawn: three parameters need no more."""
 
 _JUDGED = 600
-"""Maximum number of pixels that rank the hypotheses: more do not change the order."""
+"""Number of pixels that rank the hypotheses: more do not change the order."""
 
 LEAST_AREA = 0.02
 """Share of the picture that must be ground. With less, planes fitted to an RGB-D clip were up to 45
@@ -179,7 +181,8 @@ def find_ground_plane(
     if ground.mean() < LEAST_AREA:
         raise GroundPlaneError(
             f"{ground.mean():.1%} of the picture is ground; a plane needs {LEAST_AREA:.0%}; use a "
-            "picture that shows more ground, or give the camera's height, pitch and roll"
+            "picture that shows more ground, or give the camera's height, pitch and roll",
+            "little_ground",
         )
     lean_deg = math.degrees(math.asin(min(1.0, abs(float(plane.up[0])))))
     if not (
@@ -190,13 +193,15 @@ def find_ground_plane(
         raise GroundPlaneError(
             f"the plane of what looks like ground cannot be the ground: the camera would be "
             f"{plane.camera_height_m:.2f} m above it, look down by {plane.pitch_deg:.0f} degrees "
-            f"and lean by {lean_deg:.0f}; give the camera's height, pitch and roll, if they are so"
+            f"and lean by {lean_deg:.0f}; give the camera's height, pitch and roll, if they are so",
+            "impossible_pose",
         )
     deviation = _median_deviation(plane, ground_depth_m, ground, intrinsics)
     if deviation > FLAT:
         raise GroundPlaneError(
             f"the ground is not flat: half of it deviates by more than {deviation:.0%} from one "
-            "plane; use a picture of flat ground, or give the camera's height, pitch and roll"
+            "plane; use a picture of flat ground, or give the camera's height, pitch and roll",
+            "not_flat",
         )
     return plane
 
@@ -209,12 +214,18 @@ def _median_deviation(
     A camera height that is known rescales the plane, which does not make the ground uneven.
     """
     height, width = ground.shape
-    chosen = np.flatnonzero(ground)
-    chosen = chosen[:: max(1, len(chosen) // _FITTED)]
+    chosen = _evenly_drawn(ground)
     inverse_depth = plane.inverse_depth(intrinsics, (height, width)).take(chosen)
     ratio = inverse_depth * ground_depth_m.take(chosen)
     log_ratio = np.log(np.maximum(ratio, 1e-6))
     return float(np.median(np.abs(log_ratio - np.median(log_ratio))))
+
+
+def _evenly_drawn(ground: Mask) -> NDArray[np.intp]:
+    """Indices of ground pixels, row by row: all of them, or `_FITTED`."""
+    found = np.flatnonzero(ground)
+    count = len(found)
+    return found if count <= _FITTED else found[np.arange(_FITTED) * count // _FITTED]
 
 
 def fit_ground_plane(
@@ -222,7 +233,6 @@ def fit_ground_plane(
     ground: Mask,
     intrinsics: Intrinsics,
     pose: CameraPose | None = None,
-    seed: int = 0,
 ) -> GroundPlane:
     """Fits the plane that at least half of the ground lies on.
 
@@ -236,7 +246,6 @@ def fit_ground_plane(
         ground: bool (h, w), the pixels to fit.
         intrinsics: The camera in pixels of (h, w).
         pose: What is known of the camera's pose. It holds during the fit of the rest.
-        seed: Seed of the random triples: the same maps give the same plane.
 
     Raises:
         GroundPlaneError: If there are too few ground pixels, they lie in one line, or their plane
@@ -247,19 +256,17 @@ def fit_ground_plane(
     if count < _FEWEST_PIXELS:
         raise GroundPlaneError(
             f"{count} pixels are ground; a plane needs {_FEWEST_PIXELS}; lower the threshold, or "
-            "use a picture that shows more ground"
+            "use a picture that shows more ground",
+            "few_pixels",
         )
-    rng = np.random.default_rng(seed)
-    chosen = np.flatnonzero(ground)
-    if count > _FITTED:
-        chosen = rng.choice(chosen, _FITTED, replace=False)
+    chosen = _evenly_drawn(ground)
     rows, columns = np.divmod(chosen, width)
     directions = np.ones((3, len(chosen)))
     directions[0] = (columns - intrinsics.cx) / intrinsics.fx
     directions[1] = (rows - intrinsics.cy) / intrinsics.fy
     inverse_depth = 1 / ground_depth_m.take(chosen).astype(np.float64)
-    gradient = _least_median(directions, inverse_depth, rng)
-    for _ in range(3):
+    gradient = _least_median(directions, inverse_depth)
+    for _ in range(6):
         residual = np.abs(gradient @ directions - inverse_depth)
         inlier = residual <= max(2.5 * 1.4826 * float(np.median(residual)), 1e-9)
         used = directions * inlier  # normal equations: 3 x 3, much faster
@@ -270,7 +277,8 @@ def fit_ground_plane(
     up = -gradient / length
     if up[1] > 0.2:
         raise GroundPlaneError(
-            "the ground plane is above the camera; turn the picture if it is upside down"
+            "the ground plane is above the camera; turn the picture if it is upside down",
+            "above_camera",
         )
     camera_height_m = 1 / length
     above_m = up @ directions / inverse_depth + camera_height_m
@@ -306,20 +314,35 @@ def _with_known(
 
 
 def _least_median(
-    directions: NDArray[np.float64], inverse_depth: NDArray[np.float64], rng: np.random.Generator
+    directions: NDArray[np.float64], inverse_depth: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """The plane (3,) through a triple with the least median |plane . direction - inverse depth|."""
-    triples = rng.integers(len(inverse_depth), size=(_TRIALS, 3))
+    drawn = _drawn(3 * _TRIALS + _JUDGED, len(inverse_depth))
+    triples, judged = drawn[: 3 * _TRIALS].reshape(_TRIALS, 3), drawn[3 * _TRIALS :]
     corners = directions.T[triples]
     usable = np.abs(np.linalg.det(corners)) > 1e-9  # collinear points span no plane
     if not usable.any():
         raise GroundPlaneError(
             f"the {len(inverse_depth)} ground pixels lie in one line, which spans no plane; "
-            "use a picture that shows more ground"
+            "use a picture that shows more ground",
+            "one_line",
         )
     planes = np.linalg.solve(corners[usable], inverse_depth[triples[usable]][..., None])[..., 0]
-    judged = rng.integers(len(inverse_depth), size=min(_JUDGED, len(inverse_depth)))
     residual = np.abs(planes @ directions[:, judged] - inverse_depth[judged]).astype(np.float32)
-    middle = len(judged) // 2  # partition takes a third of the time of np.median by rows
+    middle = _JUDGED // 2  # partition takes a third of the time of np.median by rows
     best: NDArray[np.float64] = planes[np.partition(residual, middle)[:, middle].argmin()]
     return best
+
+
+def _drawn(times: int, count: int) -> NDArray[np.intp]:
+    """The same numbers from 0 to count - 1 on every machine and in every language, (times,).
+
+    They are the finaliser of MurmurHash3 (32 bits) of 0, 1, 2, ..., spread over the range.
+    """
+    mixed = np.arange(times, dtype=np.uint32)
+    mixed ^= mixed >> 16
+    mixed *= np.uint32(0x85EBCA6B)
+    mixed ^= mixed >> 13
+    mixed *= np.uint32(0xC2B2AE35)
+    mixed ^= mixed >> 16
+    return (mixed.astype(np.uint64) * np.uint64(count) >> np.uint64(32)).astype(np.intp)

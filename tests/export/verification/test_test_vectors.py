@@ -21,8 +21,9 @@ from footprints_edge_export.verification.test_vectors import (
     vector_images,
     write_vectors,
 )
+from footprints_edge_export.verification.vector_metres import NAMES, metres, prediction_of
 
-MOST_BYTES = 8e6
+MOST_BYTES = 9.5e6
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +54,10 @@ def write_port(folder, vectors, manifest, port):
     for entry in manifest["vectors"]:
         (folder / entry["name"]).mkdir(parents=True)
         for name, array in port(entry, expected(vectors, entry, "input")).items():
-            np.save(folder / entry["name"] / f"{name}.npy", array)
+            if isinstance(array, dict):
+                (folder / entry["name"] / f"{name}.json").write_text(json.dumps(array))
+            else:
+                np.save(folder / entry["name"] / f"{name}.npy", array)
     return folder
 
 
@@ -153,6 +157,7 @@ def port_of(model, manifest, *, change_input=None, change_maps=None, change=None
         maps = maps if change_maps is None else change_maps(maps)
         facts = entry | {"depth_range_m": scale} if scale else entry
         results = derived(maps, facts, manifest["threshold"])
+        results |= metres(prediction_of(maps, facts, manifest["threshold"]), facts)
         return {"input": seen, "maps": maps} | (
             results if change is None else change(results, maps)
         )
@@ -283,6 +288,120 @@ def test_the_command_prints_the_files_and_the_check_exits_with_1(tmp_path):
     assert done.exit_code == 1
     assert "DIFFERS tiny: maps[0]" in done.stdout
     assert "DIFFERS landscape" not in done.stdout
+
+
+def plane_of(vectors, entry):
+    return json.loads((vectors / entry["files"]["ground_plane"]).read_text())
+
+
+def test_the_vectors_hold_every_way_to_a_plane(vectors, manifest):
+    """Nothing known, a part, all of it, and a gate that refuses."""
+    of = {entry["name"]: entry for entry in manifest["vectors"]}
+    known = {name: [*entry["known_pose"].values()] for name, entry in of.items()}
+    assert known["landscape"] == [None] * 3
+    assert known["portrait"].count(None) == known["square"].count(None) - 1 == 1
+    assert None not in known["known_pose"]
+    plane = plane_of(vectors, of["known_pose"])
+    assert [plane[key] for key in of["known_pose"]["known_pose"]] == pytest.approx(
+        known["known_pose"]
+    )
+    assert plane_of(vectors, of["refused"]) == {"refused": "impossible_pose"}
+    for name, entry in of.items():
+        metres_too = set(NAMES[2:]) & set(entry["files"])
+        assert metres_too == (set() if name == "refused" else set(NAMES[2:]))
+
+
+def test_the_metres_are_those_of_predict(model, vectors, manifest):
+    entry = next(e for e in manifest["vectors"] if e["name"] == "landscape")
+    camera = fp.Intrinsics(**entry["image_intrinsics_px"])
+    prediction = model.predict(vectors / entry["files"]["image"], intrinsics=camera)
+    plane = plane_of(vectors, entry)
+    assert plane["camera_height_m"] == pytest.approx(prediction.ground_plane().camera_height_m)
+    flat_m = expected(vectors, entry, "flat_ground_depth_m")
+    np.testing.assert_allclose(prediction.ground_depth_m, flat_m, rtol=1e-5)
+    grid = prediction.top_down(entry["grid"]["cell_m"], entry["grid"]["range_m"])
+    assert grid.cells.shape == (entry["grid"]["rows"], entry["grid"]["columns"])
+    assert (grid.cells == expected(vectors, entry, "occupancy")).mean() > 0.999
+    wanted = entry["path"]
+    path = prediction.plan(wanted["start_px"], wanted["goal_px"], margin_m=wanted["margin_m"])
+    assert path.cost == pytest.approx(wanted["cost"], rel=1e-3)
+    assert path.length_m == pytest.approx(wanted["length_m"], rel=1e-3)
+
+
+def wrong_plane(plane):
+    return plane | ({} if plane["refused"] else {"camera_height_m": plane["camera_height_m"] * 1.2})
+
+
+def unlaid(results):
+    return {"flat_ground_depth_m": results["ground_depth_m"]}
+
+
+def mirrored(name, axis):
+    return lambda results: {name: np.flip(results[name], axis)} if name in results else {}
+
+
+METRE_MISTAKES = {
+    "another height": (
+        lambda results: {"ground_plane": wrong_plane(results["ground_plane"])},
+        "ground_plane",
+    ),
+    "a plane where there is none": (
+        lambda results: {"ground_plane": results["ground_plane"] | {"refused": "few_pixels"}},
+        "ground_plane",
+    ),
+    "depth that is not laid flat": (unlaid, "flat_ground_depth_m"),
+    "left and right of the grid": (mirrored("occupancy", 1), "occupancy"),
+    "left and right of the scan": (mirrored("scan_m", 0), "scan_m"),
+    "left and right of the ranges": (mirrored("nearest_obstacle_m", 0), "nearest_obstacle_m"),
+    "a path back": (mirrored("path_m", 0), "path_m"),
+    "a path aside": (
+        lambda r: {"path_m": r["path_m"] + 0.3} if "path_m" in r else {},
+        "path_m",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", METRE_MISTAKES)
+def test_metres_with_a_mistake_fail(mistake, vectors, manifest, tmp_path):
+    change, caught = METRE_MISTAKES[mistake]
+
+    def port(entry, network_input):
+        found = {
+            name: plane_of(vectors, entry)
+            if name == "ground_plane"
+            else expected(vectors, entry, name)
+            for name in entry["files"]
+            if name != "image"
+        }
+        return found | change(found)
+
+    findings = check_vectors(vectors, write_port(tmp_path / "port", vectors, manifest, port))
+    assert f"{caught} of the port's maps" in failing(findings)
+    assert {quantity.removesuffix(" of the port's maps") for quantity in failing(findings)} == {
+        caught
+    }
+
+
+def test_metres_that_a_port_does_not_write_are_named(vectors, manifest, tmp_path):
+    outputs = tmp_path / "port"
+    shutil.copytree(vectors, outputs)
+    for name in NAMES:
+        for path in outputs.glob(f"*/{name}.*"):
+            path.unlink()
+    findings = check_vectors(vectors, outputs)
+    assert failing(findings) == set()
+    assert {f.quantity for f in findings if not f.checked} == set(NAMES)
+    assert all(str(f).startswith("not checked") for f in findings if not f.checked)
+    done = CliRunner().invoke(cli.app, ["check-vectors", str(vectors), str(outputs)])
+    assert (done.exit_code, "32 not checked" in done.stderr) == (0, True), done.stderr
+
+
+def test_a_plane_without_its_numbers_is_a_finding(vectors, tmp_path):
+    outputs = tmp_path / "port"
+    shutil.copytree(vectors, outputs)
+    (outputs / "tiny" / "ground_plane.json").write_text('{"refused": null, "up": [0, -1]}')
+    (outputs / "square" / "ground_plane.json").write_text("[1]")
+    assert failing(check_vectors(vectors, outputs)) == {"ground_plane"}
 
 
 def test_a_folder_that_holds_no_vectors_is_a_usage_error(tmp_path):
