@@ -117,17 +117,102 @@ def test_the_library_gives_the_vectors(library, model, vectors, tmp_path):
     assert [str(finding) for finding in findings if not finding.holds] == []
 
 
-def outside_programs(library, tmp_path):
-    """The two examples: C by pkg-config, C++ by CMake."""
-    shown = run(
-        *("pkg-config", "--cflags", "--libs", "footprints_edge"),
-        env={**os.environ, "PKG_CONFIG_PATH": str(library.prefix / "lib" / "pkgconfig")},
-    )
-    return shown.split()
-
-
 def nearest_free(prediction):
-    """Forward and left of the nearest cell of free ground, metres."""
+    """Forward and left of the nearest cell of free ground, metres, as the examples print it."""
     grid = prediction.top_down()
     free = grid.places_m[grid.free]
-    return free[np.linalg.norm(free, axis=1).argmin()]
+    ahead_m, left_m = free[np.linalg.norm(free, axis=1).argmin()]
+    side = "right" if left_m < 0 else "left"
+    return f"nearest free ground: {ahead_m:.2f} m ahead, {abs(left_m):.2f} m to the {side}\n"
+
+
+def agrees(said, expected):
+    """Whether two such lines agree to a cell and a half."""
+    numbers = [[float(n) for n in re.findall(r"[0-9.]+(?= m)", line)] for line in (said, expected)]
+    return numbers[0] == pytest.approx(numbers[1], abs=0.08)
+
+
+@pytest.fixture(scope="module")
+def expected(model, room):
+    """What the Python runtime says of the photo; without EXIF, as the programs see it."""
+    rgb = np.asarray(Image.open(room))
+    return {height: nearest_free(model.predict(rgb, camera_height_m=height)) for height in (None, 1.2)}
+
+
+def test_the_c_example_says_what_python_says(library, model, room, expected, tmp_path):
+    compiler = [*("cc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"), *SANITIZED.split()]
+    flags = run(
+        *("pkg-config", "--cflags", "--libs", "footprints_edge"),
+        env={**os.environ, "PKG_CONFIG_PATH": str(library.prefix / "lib" / "pkgconfig")},
+    ).split()
+    program = tmp_path / "nearest_ground"
+    rpath = f"-Wl,-rpath,{library.onnxruntime.parent}"
+    run(*compiler, EXAMPLES / "c" / "nearest_ground.c", *flags, rpath, "-o", program)
+    assert agrees(run(program, model.path, room), expected[None])
+    assert agrees(run(program, model.path, room, "1.2"), expected[1.2])
+
+
+def blocks(page):
+    """The code of a page of the documentation, by the file that it is to be kept in."""
+    found = re.findall(r'```\w+ title="([^"]+)"\n(.*?)```', page.read_text(), re.DOTALL)
+    return dict(found)
+
+
+def test_a_stranger_gets_metres_from_an_empty_folder(library, model, room, expected, tmp_path):
+    """The page's own files, in a folder with nothing else, and the installed library."""
+    for name, text in blocks(CHECKOUT / "docs" / "native.md").items():
+        (tmp_path / name).write_text(text)
+    assert {path.name for path in tmp_path.iterdir()} == {"CMakeLists.txt", "main.cpp"}
+    run(
+        *("cmake", "-S", tmp_path, "-B", tmp_path / "build", "-DCMAKE_BUILD_TYPE=None"),
+        f"-DCMAKE_PREFIX_PATH={library.prefix}",
+        f"-DCMAKE_CXX_FLAGS={SANITIZED}",
+    )
+    run("cmake", "--build", tmp_path / "build")
+    assert agrees(run(tmp_path / "build" / "ground", model.path, room), expected[None])
+
+
+def refused(library, *words):
+    done = subprocess.run(
+        [*map(str, (library.run_vectors, *words))], check=False, capture_output=True, text=True
+    )
+    assert done.returncode == 1
+    return done.stderr
+
+
+CAMERA = ["500", "500", "320", "180", "64", "96", "nan", "nan", "nan", "0.05", "6", "1.2"]
+
+
+def test_it_says_which_file_is_wrong_and_why(library, model, room, tmp_path):
+    (tmp_path / "text.onnx").write_text("no model")
+    for name, why in (("text.onnx", "is damaged, not an ONNX model"), ("none.onnx", "No such file")):
+        said = refused(library, tmp_path / name, room, tmp_path, *CAMERA)
+        assert str(tmp_path / name) in said
+        assert why in said
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "says"),
+    [
+        (0, "-500", "fx -500"),
+        (4, "65", "cannot be 65 x 96"),
+        (6, "-1", "camera height is -1"),
+        (7, "91", "pitch is 91"),
+        (8, "-181", "roll is -181"),
+        (9, "0", "the cell is 0 m"),
+        (11, "0.1", "robot's height is 0.1"),
+    ],
+)
+def test_it_says_which_number_cannot_be(library, model, room, tmp_path, place, value, says):
+    words = CAMERA.copy()
+    words[place] = value
+    assert says in refused(library, model.path, room, tmp_path, *words)
+
+
+def test_it_is_of_the_version_of_the_python_package():
+    version = re.search(r"VERSION ([0-9.]+)", (SOURCES / "CMakeLists.txt").read_text())[1]
+    assert f'version = "{version}"' in (CHECKOUT / "pyproject.toml").read_text()
+
+
+def test_the_page_names_the_bundled_file(model):
+    assert model.sha256 in (CHECKOUT / "docs" / "native.md").read_text()
