@@ -6,7 +6,7 @@ DIST ?= dist
 SITE ?= site
 WEB := examples/web
 # In processes of their own: not all inference and training libraries get on with each other in one.
-TESTS := tests/runtime tests/export tests/models tests/bench tests/test_examples.py tests/test_house.py
+TESTS := tests/runtime tests/export tests/models tests/bench tests/test_examples.py tests/test_cpp.py tests/test_house.py
 
 # PyPI's torch for Linux is a CUDA build of several GB. Of the same version, pip prefers the CPU build
 # that this page lists; where the page cannot be reached, it warns and takes what it finds elsewhere.

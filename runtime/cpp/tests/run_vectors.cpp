@@ -151,10 +151,15 @@ void run(int count, char **words) {
     fpe_path_options path_options = fpe_default_path_options();
     path_options.margin_m = numbers[20];
     path_options.robot_height_m = robot_height_m;
-    const fpe::Path path =
-        flat.plan({numbers[16], numbers[17]}, {numbers[18], numbers[19]}, path_options);
-    write_npy("path_m", "<f8", sides(int(path.places_m.size()), 2), path.places_m.data(),
-              path.places_m.size() * sizeof(fpe::Point));
+    try {
+        const fpe::Path path =
+            flat.plan({numbers[16], numbers[17]}, {numbers[18], numbers[19]}, path_options);
+        write_npy("path_m", "<f8", sides(int(path.places_m.size()), 2), path.places_m.data(),
+                  path.places_m.size() * sizeof(fpe::Point));
+    } catch (const fpe::Error &error) { /* another engine's maps may have none */
+        if (error.status < FPE_OUTSIDE || error.status > FPE_NO_PATH) throw;
+        std::cerr << "no path: " << error.what() << "\n";
+    }
 }
 
 }  // namespace
