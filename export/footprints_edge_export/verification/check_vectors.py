@@ -8,7 +8,6 @@ path likewise.
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from footprints_edge.errors import PlanningError
 from footprints_edge.foundation.types import Floats
 from footprints_edge.geometry.camera import disparity_to_depth
-from footprints_edge.geometry.ground_plane import GroundPlane
-from footprints_edge.navigation.occupancy_grid import UNKNOWN
-from footprints_edge.prediction import Prediction
 from footprints_edge_export.errors import ExportError
+from footprints_edge_export.verification.check_metres import PLANE_KEYS, check_metres, is_plane
+from footprints_edge_export.verification.finding import Finding, iou
 from footprints_edge_export.verification.test_vectors import (
     FORMAT,
     MASKS,
@@ -30,54 +27,11 @@ from footprints_edge_export.verification.test_vectors import (
     Tolerances,
     derived,
 )
-from footprints_edge_export.verification.vector_metres import (
-    FLAT_DEPTH,
-    GRID,
-    GROUND_PLANE,
-    NAMES,
-    PATH,
-    RANGES,
-    ground_plane,
-    judge_path,
-    metres,
-    prediction_of,
-)
+from footprints_edge_export.verification.vector_metres import GROUND_PLANE, NAMES, PATH
 
 REQUIRED = ("maps", *MASKS, *METRES)
 OPTIONAL = ("input", *(f"{mask}_at_image_size" for mask in MASKS), *NAMES)
 """Checked if the port writes them."""
-
-_SAME_RANGE = 0.05
-_ENDS_M = 0.02
-_PLANE_NUMBERS = ("camera_height_m", "pitch_deg", "roll_deg")
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One comparison.
-
-    Attributes:
-        vector: name of the vector.
-        quantity: what was compared.
-        measured: the difference, in words; or why there is none.
-        allowed: the largest difference allowed, in words.
-        holds: whether the difference is allowed.
-        checked: whether there was anything to compare; False for what is optional and not written.
-    """
-
-    vector: str
-    quantity: str
-    measured: str
-    allowed: str
-    holds: bool
-    checked: bool = True
-
-    def __str__(self) -> str:
-        """One line of a report."""
-        if not self.checked:
-            return f"not checked {self.vector}: {self.quantity}: {self.measured} ({self.allowed})"
-        verdict = "ok     " if self.holds else "DIFFERS"
-        return f"{verdict} {self.vector}: {self.quantity}: {self.measured} ({self.allowed})"
 
 
 def check_vectors(vectors: Path, outputs: Path) -> list[Finding]:
@@ -151,7 +105,7 @@ class _VectorCheck:
             if name in found:
                 yield self._mask(name, channel, found[name] != 0)
         if any(name in found for name in NAMES):
-            yield from self._metres(found)
+            yield from check_metres(found, self.expected, self.entry, self.threshold, self.allowed)
 
     def _take(self, outputs: Path, name: str, found: dict[str, Any]) -> Finding | None:
         """Read one output into ``found``; what is wrong with it, if anything."""
@@ -168,128 +122,24 @@ class _VectorCheck:
             array = _read(path)
         except (OSError, ValueError) as error:
             return self._finding(name, f"cannot be read: {error}", "readable", False)
+        problem = self._problem(name, array)
+        if problem is None:
+            found[name] = array
+        return problem
+
+    def _problem(self, name: str, array: Any) -> Finding | None:  # noqa: ANN401 - an array, or JSON
         if name == GROUND_PLANE:
-            return self._take_plane(array, found)
+            keys = "refused; " + ", ".join(PLANE_KEYS)
+            well = is_plane(array)
+            return None if well else self._finding(name, "keys missing or no numbers", keys, False)
         shape = self.expected[name].shape
-        if name == PATH:
-            if array.ndim != 2 or array.shape[1] != 2 or not np.isfinite(array).all():
-                return self._finding(name, f"shape {array.shape}", "(N, 2), all finite", False)
-            shape = array.shape
-        if array.shape != shape:
+        if name == PATH and array.ndim == 2:
+            shape = (len(array), 2)
+        if array.shape != shape or not array.size:
             return self._finding(name, f"shape {array.shape}", f"{shape}", False)
-        if array.dtype.kind == "f" and name == "maps" and not np.isfinite(array).all():
+        if name in {"maps", PATH} and not np.isfinite(array).all():
             return self._finding(name, "some are not numbers", "all finite", False)
-        found[name] = array
         return None
-
-    def _take_plane(self, plane: Any, found: dict[str, Any]) -> Finding | None:  # noqa: ANN401 - JSON
-        """Checks the keys that the comparisons read."""
-        try:
-            if plane["refused"] is None:
-                up = np.asarray(plane["up"], np.float64)
-                numbers = [*up.tolist(), *(float(plane[name]) for name in _PLANE_NUMBERS)]
-                if up.shape != (3,) or not np.isfinite(numbers).all():
-                    raise ValueError
-        except (KeyError, TypeError, ValueError):
-            keys = ", ".join(("refused", "up", *_PLANE_NUMBERS))
-            return self._finding(GROUND_PLANE, "keys are missing or bad", keys, False)
-        found[GROUND_PLANE] = plane
-        return None
-
-    def _metres(self, found: dict[str, Any]) -> Iterator[Finding]:
-        """Compare with the vector, and with what the port's own maps give."""
-        prediction = prediction_of(found["maps"], self.entry, self.threshold)
-        most = self.allowed
-        pairs: tuple[tuple[str, dict[str, Any], tuple[float, float, float, float]], ...] = (
-            ("", self.expected, (most.plane_height, most.plane_deg, most.grid_cells, most.ranges)),
-            (
-                " of the port's maps",
-                _own_metres_of(prediction, self.entry),
-                (
-                    most.own_plane_height,
-                    most.own_plane_deg,
-                    most.own_grid_cells,
-                    most.own_ranges,
-                ),
-            ),
-        )
-        for label, expected, (height, angle, cells, ranges) in pairs:
-            for name in (name for name in NAMES if name in found):
-                if name not in expected:
-                    yield self._finding(name + label, "written", "none: no plane", False)
-                elif name == GROUND_PLANE:
-                    yield self._plane(found[name], expected[name], label, height, angle)
-                elif name == FLAT_DEPTH:
-                    yield self._flat_depth(found[name], expected[name], label)
-                elif name == GRID:
-                    share = equal_cells(found[name], expected[name])
-                    yield self._at_least(name + label, "of known cells equal", share, cells)
-                elif name in RANGES:
-                    share = equal_ranges(found[name], expected[name])
-                    yield self._at_least(name + label, "of bearings equal", share, ranges)
-        if PATH in found and prediction_has_plane(prediction):
-            yield self._path(prediction, found[PATH])
-
-    def _plane(
-        self, found: Any, expected: Any, label: str, height: float, angle: float  # noqa: ANN401 - JSON
-    ) -> Finding:
-        name = GROUND_PLANE + label
-        if found["refused"] is not None or expected["refused"] is not None:
-            refused = found["refused"], expected["refused"]
-            return self._finding(
-                name, f"refused: {refused[0]}", f"refused: {refused[1]}", refused[0] == refused[1]
-            )
-        ups = [np.asarray(plane["up"], np.float64) for plane in (found, expected)]
-        off_deg = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(*ups)), np.dot(*ups))))
-        off_height = abs(found["camera_height_m"] / expected["camera_height_m"] - 1)
-        same = all(
-            abs(found[key] - value) < 0.01
-            for key, value in zip(("pitch_deg", "roll_deg"), _angles(ups[0]), strict=True)
-        )
-        return self._finding(
-            name,
-            f"height within {100 * off_height:.2g} %, up within {off_deg:.2g} degrees"
-            + ("" if same else "; pitch and roll are not those of up"),
-            f"{100 * height:g} %, {angle:g} degrees",
-            off_height <= height and off_deg <= angle and same,
-        )
-
-    def _flat_depth(self, found: Floats, expected: Floats, label: str) -> Finding:
-        both = np.isfinite(found) & np.isfinite(expected)
-        apart = np.abs(found[both] / expected[both] - 1)
-        median, p99 = np.percentile(apart, [50, 99]) if apart.size else (0.0, 0.0)
-        same = iou(np.isfinite(found), np.isfinite(expected))
-        measured = f"half within {100 * median:.2g} %, 99 in 100 within {100 * p99:.2g} %"
-        if label:
-            limit = self.allowed.own_flat_depth_p99
-            holds = p99 <= limit and same >= self.allowed.own_mask_iou
-            allowed = f"99 in 100 within {100 * limit:g} %, the same ground"
-        else:
-            limit = self.allowed.flat_depth_median
-            holds, allowed = median <= limit, f"half within {100 * limit:g} %"
-        return self._finding(FLAT_DEPTH + label, measured, allowed, holds)
-
-    def _at_least(self, name: str, what: str, share: float, least: float) -> Finding:
-        return self._finding(name, f"{100 * share:.2f} % {what}", f"{100 * least:g} %", share >= least)
-
-    def _path(self, prediction: Prediction, places_m: NDArray[np.floating]) -> Finding:
-        """The path lies in the grid of the port's maps, and costs what the runtime's costs there."""
-        own = _own_metres_of(prediction, self.entry).get(PATH)
-        name, limit = f"{PATH} of the port's maps", self.allowed.own_path_cost
-        if own is None:
-            return self._finding(name, "written", "none: no path in these maps", False)
-        judged = judge_path(prediction, places_m, self.entry)
-        best = judge_path(prediction, own, self.entry)
-        dearer, longer = judged.cost / best.cost - 1, judged.length_m / best.length_m - 1
-        return self._finding(
-            name,
-            f"cost {100 * dearer:+.2g} %, length {100 * longer:+.2g} %, "
-            f"{judged.closed_m:.2g} m over closed cells, ends off by {judged.ends_off_m:.2g} m",
-            f"{100 * limit:g} %, none, {_ENDS_M:g} m",
-            max(abs(dearer), abs(longer)) <= limit
-            and judged.closed_m <= best.closed_m + 1e-3
-            and judged.ends_off_m <= _ENDS_M,
-        )
 
     def _input(self, found: NDArray[Any]) -> Finding:
         worst = np.abs(found.astype(int) - self.expected["input"].astype(int)).max()
@@ -353,44 +203,6 @@ class _VectorCheck:
 
     def _finding(self, quantity: str, measured: str, allowed: str, holds: bool) -> Finding:
         return Finding(self.entry["name"], quantity, measured, allowed, bool(holds))
-
-
-def prediction_has_plane(prediction: Prediction) -> bool:
-    """Whether the maps have a ground plane."""
-    return ground_plane(prediction)["refused"] is None
-
-
-def _own_metres_of(prediction: Prediction, entry: dict[str, Any]) -> dict[str, Any]:
-    """The metres of a port's maps; without the path where these have none."""
-    try:
-        return metres(prediction, entry)
-    except PlanningError:
-        return metres(prediction, {**entry, "path": None})
-
-
-def _angles(up: NDArray[np.float64]) -> tuple[float, float]:
-    plane = GroundPlane(up / np.linalg.norm(up), 1.0, 0.0)
-    return plane.pitch_deg, plane.roll_deg
-
-
-def equal_cells(found: NDArray[Any], expected: NDArray[Any]) -> float:
-    """Share of equal cells among those that are known in either grid; 1 if none is."""
-    known = (found != UNKNOWN) | (expected != UNKNOWN)
-    return float((found == expected)[known].mean()) if known.any() else 1.0
-
-
-def equal_ranges(found: Floats, expected: Floats) -> float:
-    """Share of bearings with the same range, within 5 %, or both without one, or not in view."""
-    both = np.isfinite(found) & np.isfinite(expected)
-    same = (np.isposinf(found) & np.isposinf(expected)) | (np.isnan(found) & np.isnan(expected))
-    same[both] = np.abs(found[both] / expected[both] - 1) <= _SAME_RANGE
-    return float(same.mean())
-
-
-def iou(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> float:
-    """Intersection over union of two masks; 1 where both are empty."""
-    union = int((a | b).sum())
-    return float((a & b).sum() / union) if union else 1.0
 
 
 def _read(path: Path) -> Any:  # noqa: ANN401 - an array, or JSON

@@ -195,7 +195,7 @@ def vector_images(photo: DecodedImage) -> list[VectorImage]:
     """The images: the whole photo, an upright and a square crop of it, and small copies.
 
     All but the first have small network sizes of their own, so that the files stay small. The last
-    is said to be lower than the gate believes, so the plane is refused.
+    is said to look up by more than the gate believes, so the plane is refused.
     """
     height, width = photo.size
     camera = (
@@ -211,7 +211,7 @@ def vector_images(photo: DecodedImage) -> list[VectorImage]:
         ("square", square, (360, 360), (224, 224), CameraPose(height_m=1.4)),
         ("tiny", 0, (36, 64), (96, 160), CameraPose()),
         ("known_pose", 0, (180, 320), (96, 160), CameraPose(1.4, 8.0, 0.5)),
-        ("refused", 0, (90, 160), (96, 160), CameraPose(height_m=0.02)),
+        ("refused", 0, (90, 160), (96, 160), CameraPose(None, -35.0, 0.0)),
     )
     found = []
     for name, left, size, network_size, pose in pieces:

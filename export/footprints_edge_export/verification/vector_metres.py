@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ CELL_M, RANGE_M = 0.05, 6.0
 BEARINGS_DEG = np.arange(-90.0, 91.0)
 
 _NO_MODEL = ModelInfo("", "", "", "")
-_TRIED = 40  # goals
+_TRIED = 8  # goals of each kind
 _LEAST_M = 1.0
 
 
@@ -143,7 +144,7 @@ def find_named_path(prediction: Prediction, margin_m: float) -> NamedPath | None
     visible, hidden = pixels(VISIBLE), pixels(HIDDEN)
     farthest_first = hidden[::-1], visible[::-1]
     goals = [goal for some in farthest_first for goal in some[:: max(1, len(some) // _TRIED)]]
-    for start in visible[:: max(1, len(visible) // 3)][:3]:
+    for start in visible[:: max(1, len(visible) // 2)][:2]:
         for goal in goals:
             try:
                 path = prediction.plan(start, goal, margin_m=margin_m)
@@ -183,7 +184,7 @@ def judge_path(
     grid = prediction.top_down(CELL_M, range_m, robot_height_m=entry["grid"]["robot_height_m"])
     rows, columns = grid.cells.shape
     middles, lengths_m = [], []
-    for begin, end in zip(places_m[:-1], places_m[1:], strict=True):
+    for begin, end in pairwise(places_m):
         length_m = float(np.linalg.norm(end - begin))
         count = max(1, int(np.ceil(length_m / (CELL_M / 4))))
         share = (np.arange(count)[:, None] + 0.5) / count

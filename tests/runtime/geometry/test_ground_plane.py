@@ -3,7 +3,8 @@ import pytest
 
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.geometry.camera import Intrinsics, backproject
-from footprints_edge.geometry.ground_plane import fit_ground_plane
+from footprints_edge.geometry.camera_pose import CameraPose
+from footprints_edge.geometry.ground_plane import _drawn, find_ground_plane, fit_ground_plane
 
 SIZE = (96, 128)
 CAMERA = Intrinsics(100, 105, 63.0, 40.0)
@@ -89,3 +90,30 @@ def test_ground_without_a_plane_is_explained():
         fit_ground_plane(depth_m, row, CAMERA)
     with pytest.raises(GroundPlaneError, match="above the camera"):
         fit_ground_plane(depth_m[::-1], np.isfinite(depth_m[::-1]), Intrinsics(100, 105, 63, 55))
+
+
+def test_what_is_drawn_is_what_the_documentation_says():
+    """docs/porting-metres.md: other languages draw the same."""
+    assert _drawn(6, 8000).tolist() == [0, 2540, 1529, 4185, 1144, 6376]
+    assert set(_drawn(1050, 20)) == set(range(20))
+
+
+def test_a_refusal_has_a_word_for_programs():
+    depth_m = floor_depth_m(1.5, 20)
+    ground = np.isfinite(depth_m)
+
+    def reason(depth_m, ground, camera=CAMERA, pose=CameraPose()):  # noqa: B008 - it is frozen
+        with pytest.raises(GroundPlaneError) as caught:
+            find_ground_plane(depth_m, ground, camera, pose)
+        return caught.value.reason
+
+    few, row, little = (np.zeros(SIZE, bool) for _ in range(3))
+    few[-1, :5] = row[-1] = little[-6:, :40] = True
+    assert reason(depth_m, few) == "few_pixels"
+    assert reason(depth_m, row) == "one_line"
+    assert reason(depth_m, little & (np.arange(SIZE[1]) % 2 == 0)) == "little_ground"
+    assert reason(depth_m, ground, pose=CameraPose(height_m=0.02)) == "impossible_pose"
+    turned = depth_m[::-1], ground[::-1], Intrinsics(100, 105, 63, 55)
+    assert reason(*turned) == "above_camera"
+    rough = np.exp(np.random.default_rng(0).normal(0, 0.4, SIZE))
+    assert reason((depth_m * rough).astype(np.float32), ground) == "not_flat"

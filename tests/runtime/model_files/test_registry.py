@@ -1,5 +1,6 @@
 import hashlib
 import json
+from pathlib import Path
 
 import pytest
 
@@ -84,3 +85,12 @@ def test_the_bundled_models_are_whole():
         content = entry.path.read_bytes()
         assert hashlib.sha256(content).hexdigest() == entry.sha256
         assert len(content) == entry.bytes
+
+
+@pytest.mark.parametrize("page", ["porting.md", "model-file.md"])
+def test_the_documentation_states_size_and_hash_of_the_bundled_file(page):
+    (model,) = (each for each in registry.bundled_models() if each.name == load().name)
+    facts = json.loads((registry.DATA / "models.json").read_text())["models"][model.name]
+    text = (Path(__file__).parents[3] / "docs" / page).read_text()
+    assert facts["sha256"] in text
+    assert f"{facts['bytes']:,} bytes" in text
