@@ -9,11 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import onnx
 import onnxruntime
 import pytest
 from PIL import Image
 
 import footprints_edge as fp
+from footprints_edge.inputs.preprocessing import FILTERS
 from footprints_edge_export.verification.check_vectors import check_vectors
 from footprints_edge_export.verification.test_vectors import write_vectors
 
@@ -28,7 +30,7 @@ HEADERS = {
     "headers_of_a_package": _INSTALLED if _INSTALLED.is_dir() else None,
     "stand_in_headers": CHECKOUT / "tests" / "stand_in",
 }
-"""Where the declarations of onnxruntime are from, the best first; the name is in the tests' names."""
+"""Where onnxruntime's declarations are from, the best first; the tests' names say which."""
 
 WHICH = next(name for name, folder in HEADERS.items() if folder)
 
@@ -137,11 +139,16 @@ def agrees(said, expected):
 def expected(model, room):
     """What the Python runtime says of the photo; without EXIF, as the programs see it."""
     rgb = np.asarray(Image.open(room))
-    return {height: nearest_free(model.predict(rgb, camera_height_m=height)) for height in (None, 1.2)}
+    return {
+        height: nearest_free(model.predict(rgb, camera_height_m=height)) for height in (None, 1.2)
+    }
 
 
 def test_the_c_example_says_what_python_says(library, model, room, expected, tmp_path):
-    compiler = [*("cc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"), *SANITIZED.split()]
+    compiler = [
+        *("cc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"),
+        *SANITIZED.split(),
+    ]
     flags = run(
         *("pkg-config", "--cflags", "--libs", "footprints_edge"),
         env={**os.environ, "PKG_CONFIG_PATH": str(library.prefix / "lib" / "pkgconfig")},
@@ -184,12 +191,52 @@ def refused(library, *words):
 CAMERA = ["500", "500", "320", "180", "64", "96", "nan", "nan", "nan", "0.05", "6", "1.2"]
 
 
-def test_it_says_which_file_is_wrong_and_why(library, model, room, tmp_path):
+def test_it_says_which_file_is_wrong_and_why(library, room, tmp_path):
     (tmp_path / "text.onnx").write_text("no model")
-    for name, why in (("text.onnx", "is damaged, not an ONNX model"), ("none.onnx", "No such file")):
+    for name, why in (
+        ("text.onnx", "is damaged, not an ONNX model"),
+        ("none.onnx", "No such file"),
+    ):
         said = refused(library, tmp_path / name, room, tmp_path, *CAMERA)
         assert str(tmp_path / name) in said
         assert why in said
+
+
+def with_facts(model, path, **facts):
+    """The bundled file with other metadata; None takes a key away."""
+    proto = onnx.load(model.path)
+    props = {prop.key: prop.value for prop in proto.metadata_props}
+    props |= {f"footprints.{key}": value for key, value in facts.items()}
+    onnx.helper.set_model_props(proto, {k: v for k, v in props.items() if v is not None})
+    onnx.save(proto, path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("facts", "says"),
+    [
+        ({"format": None}, "is no model of footprints-edge: it lacks the metadata"),
+        ({"format": "2"}, "footprints.format is '2'"),
+        ({"resize": "cubic"}, "footprints.resize is 'cubic'"),
+        ({"depth_range_m": "100,0.1"}, "footprints.depth_range_m is '100,0.1'"),
+        ({"camera": "focal_px=0"}, "footprints.camera is 'focal_px=0'"),
+        ({"outputs": "masks"}, "gives maps of another shape"),
+    ],
+)
+def test_it_refuses_metadata_that_cannot_be(library, model, room, tmp_path, facts, says):
+    file = with_facts(model, tmp_path / "file.onnx", **facts)
+    said = refused(library, file, room, tmp_path, *CAMERA)
+    assert str(file) in said
+    assert says in said
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_its_filters_are_pillows(library, model, room, tmp_path, name):
+    file = with_facts(model, tmp_path / "file.onnx", resize=name)
+    run(library.run_vectors, file, room, tmp_path, *CAMERA)
+    width, height = int(CAMERA[5]), int(CAMERA[4])
+    expected = Image.open(room).resize((width, height), Image.Resampling[name.upper()])
+    np.testing.assert_array_equal(np.load(tmp_path / "input.npy")[0], np.asarray(expected))
 
 
 @pytest.mark.parametrize(

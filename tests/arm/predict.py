@@ -1,4 +1,4 @@
-"""On Arm: what the Python runtime makes of test vectors, as a port would write it, but for the paths.
+"""On Arm: what the Python runtime makes of test vectors, as a port writes it, but for the paths.
 
 python predict.py VECTORS OUT_DIR MODEL
 """
