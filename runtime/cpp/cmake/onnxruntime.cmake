@@ -9,11 +9,15 @@ if(NOT ONNXRUNTIME_ROOT AND NOT ONNXRUNTIME_LIBRARY)
   find_package(onnxruntime CONFIG QUIET)
 endif()
 if(NOT TARGET onnxruntime::onnxruntime)
-  find_path(ONNXRUNTIME_INCLUDE_DIR onnxruntime_c_api.h
-    HINTS "${ONNXRUNTIME_ROOT}/include" "${ONNXRUNTIME_ROOT}/headers"
-    PATH_SUFFIXES onnxruntime onnxruntime/core/session)
-  find_library(ONNXRUNTIME_LIBRARY NAMES onnxruntime libonnxruntime.so.1
-    HINTS "${ONNXRUNTIME_ROOT}/lib" "${ONNXRUNTIME_ROOT}/lib64")
+  if(NOT ONNXRUNTIME_INCLUDE_DIR)
+    find_path(ONNXRUNTIME_INCLUDE_DIR onnxruntime_c_api.h
+      HINTS "${ONNXRUNTIME_ROOT}/include"
+      PATH_SUFFIXES onnxruntime onnxruntime/core/session)
+  endif()
+  if(NOT ONNXRUNTIME_LIBRARY)
+    find_library(ONNXRUNTIME_LIBRARY NAMES onnxruntime libonnxruntime.so.1
+      HINTS "${ONNXRUNTIME_ROOT}/lib" "${ONNXRUNTIME_ROOT}/lib64")
+  endif()
   if(NOT ONNXRUNTIME_INCLUDE_DIR OR NOT ONNXRUNTIME_LIBRARY)
     message(FATAL_ERROR
       "onnxruntime is not found: header '${ONNXRUNTIME_INCLUDE_DIR}', library "
