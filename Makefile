@@ -6,7 +6,7 @@ DIST ?= dist
 SITE ?= site
 WEB := examples/web
 # In processes of their own: not all inference and training libraries get on with each other in one.
-TESTS := tests/runtime tests/export tests/models tests/bench tests/test_examples.py tests/test_house.py
+TESTS := tests/runtime tests/export tests/models tests/bench tests/test_examples.py tests/test_cpp.py tests/test_house.py
 
 # PyPI's torch for Linux is a CUDA build of several GB. Of the same version, pip prefers the CPU build
 # that this page lists; where the page cannot be reached, it warns and takes what it finds elsewhere.
@@ -16,7 +16,7 @@ TORCH := torch==2.13.0 --find-links https://download.pytorch.org/whl/cpu/torch/ 
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format types docs wheel web test-web clean
+.PHONY: help demo test lint format types docs wheel web test-web test-arm clean
 
 help: ## what can be made
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 10
@@ -58,6 +58,11 @@ test-web: $(VENV)/installed $(WEB)/node_modules/installed ## test the web page i
 	npm --prefix $(WEB) run build
 	npm --prefix $(WEB) test
 	PYTHON=$(abspath $(VENV)/bin/python) npm --prefix $(WEB) run test:browser
+
+# PHOTOS=folder calibrates a file for arm64, too; ARM_CPU=cortex-a53, say, has no dot product.
+test-arm: $(VENV)/installed ## run the model's files on 64-bit Arm, emulated (Debian, Ubuntu)
+	PYTHON=$(abspath $(VENV)/bin/python) tests/arm/fetch.sh build/arm
+	$(VENV)/bin/python tests/arm/check.py build/arm $(if $(PHOTOS),--photos $(PHOTOS)) $(if $(ARM_CPU),--cpu $(ARM_CPU))
 
 clean: ## remove environments and builds
 	rm -rf $(VENV) $(DEMO_VENV) $(DOCS_VENV) build $(DIST) $(SITE) out $(WEB)/node_modules $(WEB)/dist $(WEB)/tests/fixtures

@@ -2,14 +2,12 @@
 
 import ast
 import json
-import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
-import onnxruntime
 import pytest
 from PIL import Image
 
@@ -134,42 +132,3 @@ def test_node_takes_pictures_and_prints_a_line_of_json_each(node, model, tmp_pat
         assert found["ground_fraction"]["all"] == pytest.approx(expected.ground.mean(), abs=0.03)
         mask = np.asarray(Image.open(f"{path}.ground.png")) > 0
         assert mask.mean() == pytest.approx(found["ground_fraction"]["all"])
-
-
-@pytest.fixture(scope="module")
-def find_ground(tmp_path_factory):
-    """The C program, compiled against the library that the onnxruntime wheel carries.
-
-    The wheel brings no header; where none is installed, a stand-in declares what is called.
-    """
-    compiler = shutil.which("cc")
-    capi = Path(onnxruntime.__file__).parent / "capi"
-    library = next(capi.glob("libonnxruntime.so*"), None)
-    if compiler is None or library is None:
-        pytest.skip("no C compiler, or a wheel of onnxruntime without its shared library")
-    folder = tmp_path_factory.mktemp("c")
-    (folder / "libonnxruntime.so.1").symlink_to(library)  # the name that it goes by
-    include = os.environ.get("ONNXRUNTIME_INCLUDE", CHECKOUT / "tests" / "stand_in")
-    sources = [EXAMPLES / "c" / name for name in ("find_ground.c", "resize.c")]
-    strict = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2", f"-I{include}"]
-    linked = [folder / "libonnxruntime.so.1", f"-Wl,-rpath,{folder}", "-lm"]
-    run(compiler, *strict, *sources, *linked, "-o", folder / "find_ground")
-    return folder / "find_ground"
-
-
-def test_c_gives_the_vectors(find_ground, model, vectors, tmp_path):
-    for entry in json.loads((vectors / "vectors.json").read_text())["vectors"]:
-        picture, outputs = tmp_path / "picture.ppm", tmp_path / "out" / entry["name"]
-        outputs.mkdir(parents=True)
-        Image.open(vectors / entry["files"]["image"]).save(picture)
-        camera = entry["image_intrinsics_px"]
-        sides = entry["network_size_px"]
-        run(find_ground, model.path, picture, outputs, camera["fx"], camera["fy"], *sides)
-    assert differing(vectors, tmp_path / "out") == []
-
-
-def test_c_says_what_is_wrong(find_ground, model, tmp_path):
-    (tmp_path / "text.ppm").write_text("no picture")
-    words = [find_ground, model.path, tmp_path / "text.ppm", tmp_path, "1", "1", "64", "96"]
-    done = subprocess.run([*map(str, words)], check=False, capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (1, "find_ground: the picture is no 8-bit P6 file\n")

@@ -1,0 +1,44 @@
+"""On Arm: what the Python runtime makes of test vectors, as a port writes it, but for the paths.
+
+python predict.py VECTORS OUT_DIR MODEL
+"""
+
+import io
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import footprints_edge as fp
+from footprints_edge_export.verification.test_vectors import VectorImage, derived, run_image
+from footprints_edge_export.verification.vector_metres import metres, prediction_of
+
+
+def main(vectors: Path, outputs: Path, file: Path) -> None:
+    model = fp.load(file, threads=1)
+    manifest = json.loads((vectors / "vectors.json").read_text())
+    for entry in manifest["vectors"]:
+        camera = fp.Intrinsics(**entry["image_intrinsics_px"])
+        rgb = np.asarray(Image.open(vectors / entry["files"]["image"]).convert("RGB"))
+        size = tuple(entry["network_size_px"])
+        network_input, maps = run_image(model, VectorImage(entry["name"], rgb, camera, size, None))
+        found = {"input": network_input, "maps": maps}
+        found |= derived(maps, entry, manifest["threshold"])
+        # scikit-image, which finds the paths, has nothing of its own to differ in
+        without_path = {**entry, "path": None}
+        found |= metres(prediction_of(maps, entry, manifest["threshold"]), without_path)
+        folder = outputs / entry["name"]
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, result in found.items():
+            if isinstance(result, dict):
+                (folder / f"{name}.json").write_text(json.dumps(result))
+            else:
+                buffer = io.BytesIO()
+                np.save(buffer, result)
+                (folder / f"{name}.npy").write_bytes(buffer.getvalue())
+
+
+if __name__ == "__main__":
+    main(*map(Path, sys.argv[1:4]))
