@@ -45,7 +45,7 @@ def test_a_slanting_surface_goes_through_the_voxels_that_points_on_it_are_in(lab
     corners = geometry_of(Scene("street", (), (sofa,), (), None, (1, 1, 1), ())).corners
     mesh = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(corners.size // 3).reshape(-1, 3))
     points = trimesh.sample.sample_surface(mesh, 60000, seed=0)[0]
-    grid = np.floor((points + [2.4, 0, 0.4]) / VOXEL_M).astype(int)
+    grid = np.floor((points + np.array([2.4, 0, 0.4])) / VOXEL_M).astype(int)
     cells, count = np.unique(grid, axis=0, return_counts=True)
     assert filled[tuple(cells[count > 20].T)].mean() > 0.97
     assert filled.sum() < 1.01 * len(cells)
