@@ -160,7 +160,7 @@ def record3d(tmp_path, world, eyes):
         save_picture(folder / f"rgbd/{number}.jpg", 20 + 8 * number)
         depth_m = world.depth_m(place, CAMERA.scaled(SIZE, half), half)
         confidence = np.full(half, 2, np.uint8)
-        confidence[:, 0], depth_m[:, 0], depth_m[:, 1] = 0, 77, np.nan
+        confidence[-5:, 0], depth_m[-5:, 0], depth_m[-5:, 1] = 0, 77, np.nan
         for suffix, values in (("depth", depth_m), ("conf", confidence)):
             path = folder / f"rgbd/{number}.{suffix}"
             path.write_bytes(lzfse.compress(values.tobytes()))
