@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from footprints_edge_models.asset_files.asset import AssetError, Credit
-from footprints_edge_models.data.dataset_credits import dataset_credits
+from footprints_edge_models.asset_files.dataset_credits import dataset_credits
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.readers.labelled_photos import (
     ADE20K,

@@ -61,3 +61,16 @@ def dataset_credits(folder: Path) -> tuple[Credit, ...]:
         return tuple(read_credits_file(path))
     known = KNOWN.get(folder.name, Credit(folder.name, _NOT_STATED, _NOT_STATED, ""))
     return () if known is None else (known,)
+
+
+def photo_credits(folder: Path) -> tuple[Credit, ...]:
+    """The credits of a folder of photos: those of the dataset that it is, or is a part of.
+
+    Raises:
+        AssetError: the dataset's file is damaged.
+    """
+    folder = folder.resolve()
+    for place in (folder, *folder.parents):
+        if place.name in KNOWN or (place / CREDITS).is_file():
+            return dataset_credits(place)
+    return dataset_credits(folder)
