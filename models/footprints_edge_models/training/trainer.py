@@ -31,10 +31,10 @@ from footprints_edge_models.training.plots import draw_curves, draw_predictions
 from footprints_edge_models.training.process_group import ProcessGroup, in_parallel, process_group
 from footprints_edge_models.training.progress import Progress, Stopwatch
 from footprints_edge_models.training.recipe import Recipe, resumed_recipe, switched
+from footprints_edge_models.training.run_credits import credits_of_run
 from footprints_edge_models.training.run_files import append_row, drop_rows, save, save_weights
 from footprints_edge_models.training.schedule import TrainingError, size_at
 from footprints_edge_models.training.validation import ValidationScores, validate_all
-from footprints_edge_models.training.weight_credits import credits_of_run
 
 logger = logging.getLogger(__name__)
 

@@ -1,22 +1,16 @@
-"""Whom to credit for what a network learned from: kept beside the weights, and from run to run."""
+"""Whom to credit for what weights learned from, kept beside them."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import torch
 
 from footprints_edge.errors import ModelError
 from footprints_edge_models.asset_files.asset import Credit
-from footprints_edge_models.asset_files.credit_files import (
-    CREDITS,
-    ordered_credits,
-    read_credits_file,
-)
-from footprints_edge_models.data.mixture import TrainingDataset
-from footprints_edge_models.networks.checkpoint import CREDITS_KEY, read_checkpoint
+from footprints_edge_models.asset_files.credit_files import ordered_credits
+from footprints_edge_models.networks.checkpoint import CREDITS_KEY
 
 
 def stated_credits(weights: Any, name: str) -> list[Credit]:  # noqa: ANN401 - of any checkpoint
@@ -38,22 +32,3 @@ def as_tensor(credits: Iterable[Credit]) -> torch.Tensor:
     """Credits as a state dict holds them, uint8 (N,)."""
     text = json.dumps([asdict(each) for each in ordered_credits(credits)])
     return torch.tensor(list(text.encode()), dtype=torch.uint8)
-
-
-def credits_of_run(
-    datasets: Mapping[str, TrainingDataset], init: str | None, *folders: Path
-) -> list[Credit]:
-    """Whom to credit for a run.
-
-    Args:
-        datasets: that it trains on.
-        init: weights that it begins with; what those learned from counts.
-        folders: of runs that it goes on from, its own included.
-    """
-    found = [credit for dataset in datasets.values() for credit in dataset.credits]
-    if init is not None:
-        found += stated_credits(read_checkpoint(Path(init)), init)
-    for folder in folders:
-        if (folder / CREDITS).is_file():
-            found += read_credits_file(folder / CREDITS)
-    return ordered_credits(found)

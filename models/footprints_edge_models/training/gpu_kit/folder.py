@@ -44,9 +44,9 @@ from footprints_edge_models.training.gpu_kit.stored_view import stored_view
 from footprints_edge_models.training.gpu_kit.timed_run import SCENES, RunSize
 from footprints_edge_models.training.gpu_kit.view_shard import ShardView, write_shard
 from footprints_edge_models.training.recipe import Recipe
+from footprints_edge_models.training.run_credits import credits_of_run
 from footprints_edge_models.training.run_files import save_weights
 from footprints_edge_models.training.schedule import ScheduleStage
-from footprints_edge_models.training.weight_credits import credits_of_run
 
 logger = logging.getLogger(__name__)
 
