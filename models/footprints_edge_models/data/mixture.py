@@ -155,15 +155,15 @@ def load_dataset(folder: Path, entry: DatasetEntry) -> TrainingDataset:
     if isinstance(samples, SyntheticScenes):
         views = samples.views
         end, begin = scenes_cut(samples.names, views)
-        train, held_out = samples[:end], samples[begin:]
+        parts: tuple[Sequence[Sample], Sequence[Sample]] = (samples[:end], samples[begin:])
     else:
         split = hold_out_clip_end if entry is VIDEO_LABELS else SPLITS[folder.name]
-        train, held_out = split(samples)
+        parts = split(samples)
     try:
         credits = dataset_credits(folder)
     except AssetError as error:
         raise DatasetError(f"{error}; make it again, or write it by hand") from error
-    return TrainingDataset(train, held_out, entry.share, credits, views)
+    return TrainingDataset(*parts, entry.share, credits, views)
 
 
 def _samples(folder: Path, entry: DatasetEntry) -> Sequence[Sample]:

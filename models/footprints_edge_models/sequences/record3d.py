@@ -54,7 +54,7 @@ class CompressedDepth:
             if confidence.shape != depth_m.shape:
                 raise SequenceError(f"{self.confidence}: not of the size of {self.path.name}")
             depth_m = np.where(confidence >= LEAST_CONFIDENCE, depth_m, 0)
-        return np.nan_to_num(depth_m, nan=0, posinf=0, neginf=0).astype(np.float32)
+        return np.asarray(np.nan_to_num(depth_m, nan=0, posinf=0, neginf=0), np.float32)
 
     def _values(self, path: Path, kind: type[np.generic]) -> NDArray[Any]:
         try:

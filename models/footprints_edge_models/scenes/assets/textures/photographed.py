@@ -161,7 +161,7 @@ def _tile(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.fl
         soft = cv2.GaussianBlur(tile, (0, 0), 2, borderType=cv2.BORDER_REPLICATE)
         strength = cv2.GaussianBlur(_grey(np.abs(tile - soft)), (0, 0), 4)
         tile = tile + (noise(rng, 0.3) * strength)[..., None] * np.float32(0.7)
-    return np.clip(tile, 0, 1)
+    return np.asarray(np.clip(tile, 0, 1))
 
 
 def _without_margin(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
