@@ -52,6 +52,7 @@ ORDER = {
         "__init__",
         "errors",
         "targets",
+        "credits_section",
         "partial_networks",
         "architectures",
         "graph",

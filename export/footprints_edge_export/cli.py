@@ -90,7 +90,10 @@ def convert_command(
     ] = TargetName.X86_VNNI,
     name: Annotated[str | None, typer.Option(help="Name of the model.  [default: OUT]")] = None,
     licence: Annotated[str | None, typer.Option(help="Licence of the weights.")] = None,
-    training: Annotated[str, typer.Option(help="Training data of the weights.")] = "unstated",
+    training: Annotated[
+        str | None,
+        typer.Option(help="Training data of the weights.  [default: as their credits say]"),
+    ] = None,
     outputs: Annotated[OutputMaps, typer.Option(help="Maps that the file has.")] = OutputMaps.ALL,
     scale: Annotated[
         int,
@@ -144,6 +147,38 @@ def convert_command(
         for file in filter(None, (report.model, report.ort)):
             complain(f"{file['file']}: {file['bytes']} bytes")
         typer.echo(output)
+
+
+@app.command("credits")
+def credits_command(
+    checkpoint: Annotated[Path, typer.Argument(help="Weights that fp-train wrote.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="File to write.  [default: print it]")
+    ] = None,
+) -> None:
+    """Write the credits section of a model card: whom to name for what WEIGHTS were trained on.
+
+    Markdown, with title, author, licence and source of every data set and asset, by licence. Exit
+    codes: 2 wrong usage, 3 the weights state no credits.
+    """
+    with explained("export"):
+        from footprints_edge.errors import ModelError
+        from footprints_edge.foundation.atomic_write import write_atomically
+        from footprints_edge_export.credits_section import credits_section
+        from footprints_edge_models.networks.checkpoint import read_checkpoint
+        from footprints_edge_models.training.weight_credits import stated_credits
+
+        found = stated_credits(read_checkpoint(checkpoint), str(checkpoint))
+        if not found:
+            raise ModelError(
+                f"{checkpoint}: states no credits; the run's credits.json, if there is one, does"
+            )
+        section = credits_section(found)
+        if output is None:
+            typer.echo(section)
+        else:
+            write_atomically(output, section.encode())
+            typer.echo(output)
 
 
 @app.command()

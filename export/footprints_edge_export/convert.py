@@ -26,6 +26,7 @@ from footprints_edge.model import Model
 from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge_export.architectures import canonical_focal_px, trained
 from footprints_edge_export.artifact import Artifact, ExportedGraph
+from footprints_edge_export.credits_section import summary
 from footprints_edge_export.graph.editing import to_proto
 from footprints_edge_export.graph.fp16_weights import store_weights_in_half
 from footprints_edge_export.graph.ort_format import operators_path, to_ort_format
@@ -47,7 +48,8 @@ from footprints_edge_export.verification.compare import Difference, compare_mode
 from footprints_edge_export.verification.contract import check_file, set_metadata
 from footprints_edge_export.verification.parity import check_parity, in_short, seeded_images
 from footprints_edge_models.networks.channels import MAX_DEPTH_M, MIN_DEPTH_M
-from footprints_edge_models.networks.checkpoint import file_sha256
+from footprints_edge_models.networks.checkpoint import file_sha256, read_checkpoint
+from footprints_edge_models.training.weight_credits import stated_credits
 
 logger = logging.getLogger(__name__)
 
@@ -227,9 +229,14 @@ def _metadata(job: Job, precision: str) -> ModelMetadata:
         licence=conversion.licence or job.architecture.licence,
         source_sha256=file_sha256(job.checkpoint),
         producer=f"footprints-edge {__version__}",
-        training=conversion.training,
+        training=conversion.training or _trained_on(job.checkpoint),
         outputs=conversion.outputs,
     )
+
+
+def _trained_on(checkpoint: Path) -> str:
+    credits = stated_credits(read_checkpoint(checkpoint), str(checkpoint))
+    return f"works by licence: {summary(credits)}" if credits else "unstated"
 
 
 def _apply_passes(graph: ir.Model, stage: PassStage, job: Job) -> None:

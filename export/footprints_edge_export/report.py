@@ -16,7 +16,7 @@ class Conversion:
         target: key of ``targets.TARGETS``.
         name: name of the model in its metadata.
         licence: licence of the weights; None for the architecture's own.
-        training: what the weights were trained on, in words.
+        training: what the weights were trained on, in words; None: as their credits say.
         outputs: which maps the file has, a key of ``footprints_edge.model_files.metadata.OUTPUTS``.
         scale: decoder scale: 1, or 2 or 4 for maps that are predicted at that fraction of the
             image's sides, where the architecture has such heads.
@@ -31,7 +31,7 @@ class Conversion:
     target: str
     name: str
     licence: str | None
-    training: str
+    training: str | None
     outputs: str = "all"
     scale: int = 1
     focal_px: float | None = None

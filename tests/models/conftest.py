@@ -69,3 +69,9 @@ def box():
 def pose():
     """The function that makes camera-to-world poses."""
     return look_at
+
+
+@pytest.fixture
+def no_curves(monkeypatch):
+    """Runs draw no curves: that takes most of the time of a run of few steps."""
+    monkeypatch.setattr("footprints_edge_models.training.trainer.draw_curves", lambda _: None)

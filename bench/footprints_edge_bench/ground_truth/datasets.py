@@ -15,7 +15,11 @@ from footprints_edge_bench.ground_truth.kitti import is_kitti_folder, read_kitti
 from footprints_edge_bench.ground_truth.matterport import is_matterport_folder, read_matterport
 from footprints_edge_bench.ground_truth.panoramas import is_panorama_folder, read_panoramas
 from footprints_edge_bench.ground_truth.photos import is_photo_folder, read_photos
-from footprints_edge_bench.ground_truth.scenes import is_scene_folder, read_scenes
+from footprints_edge_bench.ground_truth.scenes import (
+    is_scene_folder,
+    read_scenes,
+    views_of_scenes,
+)
 
 
 @dataclass(frozen=True)
@@ -41,16 +45,20 @@ class DatasetKind:
         recognises: whether a folder is of this kind, by the files in it.
         read: yields the items of a folder; their names are unique in the folder.
         in_groups: whether names begin with a group and a slash; each group is a dataset.
+        views: how many pictures of a scene a folder has at most.
     """
 
     recognises: Callable[[Path], bool]
     read: Callable[[Path, ReadingOptions], Iterator[Item]]
     in_groups: bool = False
+    views: Callable[[Path], int] = lambda _: 1
 
 
 KINDS: dict[str, DatasetKind] = {
     "clip": DatasetKind(is_clip, lambda folder, _: read_clip(folder)),
-    "synthetic scenes": DatasetKind(is_scene_folder, lambda folder, _: read_scenes(folder)),
+    "synthetic scenes": DatasetKind(
+        is_scene_folder, lambda folder, _: read_scenes(folder), views=views_of_scenes
+    ),
     "KITTI": DatasetKind(
         is_kitti_folder, lambda folder, reading: read_kitti(folder, reading.images)
     ),
@@ -107,12 +115,12 @@ class Subset:
         """Begin and end as text, such as ``0.8:1``."""
         return f"{float(self.begin):g}:{float(self.end):g}"
 
-    def of(self, dataset: str, items: tuple[Item, ...]) -> tuple[Item, ...]:
-        """The items of this subset of a dataset."""
+    def of(self, dataset: str, items: tuple[Item, ...], views: int = 1) -> tuple[Item, ...]:
+        """The items of this subset of a dataset, of so many views a scene."""
         if self.held_out:
             from footprints_edge_models.data.splits import held_out
 
-            items = tuple(held_out(dataset, items))
+            items = tuple(held_out(dataset, items, views))
         begin, end = (int(share * len(items)) for share in (self.begin, self.end))
         return items[begin : end : self.every]
 
@@ -135,7 +143,7 @@ def open_folder(folder: Path, reading: ReadingOptions, subset: Subset) -> list[E
             found = [
                 EvaluationDataset(title, name, items)
                 for title, every in titled.items()
-                if (items := subset.of(title, tuple(every)))
+                if (items := subset.of(title, tuple(every), kind.views(folder)))
             ]
             if not found:
                 raise GroundTruthError(

@@ -40,6 +40,17 @@ def read_scenes(folder: Path) -> Iterator[Item]:
         yield Item(name, partial(_load, folder, name, boxes.get(name)), files)
 
 
+def views_of_scenes(folder: Path) -> int:
+    """How many pictures of a scene a folder has at most.
+
+    Raises:
+        SceneFilesError: another version wrote the folder, or it is damaged.
+    """
+    from footprints_edge_models.scenes.storage.files import read_settings
+
+    return read_settings(folder).views
+
+
 def _load(folder: Path, name: str, boxes: tuple[Box, ...] | None) -> GroundTruth:
     from footprints_edge_models.data.readers.synthetic_scenes import MOST_BEHIND_WALL_M
     from footprints_edge_models.scenes.ground_truth.pixels import (

@@ -17,10 +17,17 @@ def write_credits_file(folder: Path, credits: Iterable[Credit]) -> list[Credit]:
     Returns:
         The credits, by licence, author and title.
     """
-    ordered = sorted(set(credits), key=lambda each: (each.licence, each.author, each.title))
+    ordered = ordered_credits(credits)
     facts = [asdict(each) for each in ordered]
     write_atomically(folder / CREDITS, (json.dumps(facts, indent=1) + "\n").encode())
     return ordered
+
+
+def ordered_credits(credits: Iterable[Credit]) -> list[Credit]:
+    """Each once, by licence, author, title and source."""
+    return sorted(
+        set(credits), key=lambda each: (each.licence, each.author, each.title, each.source)
+    )
 
 
 def read_credits_file(path: Path) -> list[Credit]:

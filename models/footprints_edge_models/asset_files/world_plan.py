@@ -4,7 +4,8 @@ Worlds come as hundreds of surfaces, by material. Those that touch each other ar
 with what lies on it. Walls are things of their own.
 """
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -25,6 +26,7 @@ LOWEST_M = 0.02
 """A thing that is lower than this lies on the floor: one walks on it."""
 STOREY_M = 0.6
 """Floors that are farther apart than this in height are different storeys."""
+VEHICLE_WORDS = ("hatchback", "pickup", "prius", "suv", "ambulance", "truck", "bus")
 
 _TOUCH_M = 0.01
 _MOST_KERB_M = 0.33
@@ -32,7 +34,6 @@ _LARGEST_M = {False: 3.0, True: 8.0}
 """What touches is one thing up to this size; by whether the world is outdoors."""
 _FINE_M, _COARSE_M = 0.02, 0.05
 _WIDE_M = 60.0
-_VEHICLE_WORDS = ("hatchback", "pickup", "prius", "suv", "ambulance", "truck", "car_", "bus")
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +90,12 @@ def plan_of(
     within = np.array([_storey_of(float(z), storeys) == level for z in feet[:, 2]], bool)
     taken += _enclosed(taken, feet[within, :2], level, outdoors=outdoors)
     return WorldPlan(tuple(thing_of), tuple(taken), tuple(storeys))
+
+
+def has_word(name: str, words: Iterable[str]) -> bool:
+    """Whether one of the words is in a name such as `city_bus_2` or `CityBus`, as a whole word."""
+    found = {word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+", name)}
+    return not found.isdisjoint(words)
 
 
 def _storeys(surfaces: Sequence[Surface]) -> list[float]:
@@ -188,7 +195,7 @@ def _outlines(
     highest = float(triangles[..., 2].max())
     if highest < LOWEST_M:
         return []
-    is_named = any(word in members[0].name.lower() for word in _VEHICLE_WORDS)
+    is_named = has_word(members[0].name, (*VEHICLE_WORDS, "car"))
     if outdoors and is_named and highest > 1:  # indoors, the car of a lift
         return [vehicle_outline(triangles)]
     # what reaches below the floor is cut off there

@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from footprints_edge_models.asset_files.asset import AssetError, Credit
+from footprints_edge_models.asset_files.dataset_credits import dataset_credits
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.readers.labelled_photos import (
     ADE20K,
@@ -24,9 +26,12 @@ from footprints_edge_models.data.readers.published_kitti import read_kitti_train
 from footprints_edge_models.data.readers.published_matterport import read_matterport_training
 from footprints_edge_models.data.readers.rgbd_clip import read_rgbd_clip
 from footprints_edge_models.data.readers.stereo_clip import read_stereo_clip
-from footprints_edge_models.data.readers.synthetic_scenes import read_synthetic_scenes
+from footprints_edge_models.data.readers.synthetic_scenes import (
+    SyntheticScenes,
+    read_synthetic_scenes,
+)
 from footprints_edge_models.data.readers.video_labels import read_video_labels
-from footprints_edge_models.data.splits import SPLITS, hold_out_clip_end
+from footprints_edge_models.data.splits import SPLITS, hold_out_clip_end, scenes_cut
 from footprints_edge_models.panoramas.labels import PanoramaError
 from footprints_edge_models.sample import Sample
 from footprints_edge_models.scenes.storage.files import SceneFilesError
@@ -38,11 +43,21 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class TrainingDataset:
-    """Samples to train on, samples held out, and how often to draw from this dataset."""
+    """A dataset as training takes it.
+
+    Attributes:
+        train: samples to train on.
+        held_out: samples held out.
+        share: how often it is drawn from, relative to the others.
+        credits: whom to credit for it.
+        views: greatest number of pictures of a scene; see ``splits.scenes_cut``.
+    """
 
     train: Sequence[Sample]
     held_out: Sequence[Sample]
     share: float
+    credits: tuple[Credit, ...] = ()
+    views: int = 1
 
 
 @dataclass(frozen=True)
@@ -112,21 +127,43 @@ def load_datasets(root: Path) -> dict[str, TrainingDataset]:
     for name, entry in (DATASETS | labels).items():
         if not (root / name).is_dir():
             continue
-        samples = _samples(root / name, entry)
-        split = hold_out_clip_end if entry is VIDEO_LABELS else SPLITS[name]
-        train, held_out = split(samples)
-        datasets[name] = TrainingDataset(train, held_out, entry.share)
+        dataset = load_dataset(root / name, entry)
+        datasets[name] = dataset
         if name in COPY_PASTE:
             pasted = COPY_PASTE[name]
-            augmented = read_copy_paste(root / name / pasted.photos, pasted.labels, train)
+            augmented = read_copy_paste(root / name / pasted.photos, pasted.labels, dataset.train)
             datasets[f"{name} copy-paste"] = TrainingDataset(augmented, (), pasted.share)
-        logger.info("%s: %d to train on, %d held out", name, len(train), len(held_out))
+        logger.info(
+            "%s: %d to train on, %d held out", name, len(dataset.train), len(dataset.held_out)
+        )
     if not any(dataset.train for dataset in datasets.values()):
         raise DatasetError(
             f"{root}: nothing to train on in the folders {', '.join(DATASETS)}, "
             f"nor in any with {ABOUT}"
         )
     return datasets
+
+
+def load_dataset(folder: Path, entry: DatasetEntry) -> TrainingDataset:
+    """One dataset.
+
+    Raises:
+        DatasetError: it is not laid out as expected.
+    """
+    samples = _samples(folder, entry)
+    views = 1
+    if isinstance(samples, SyntheticScenes):
+        views = samples.views
+        end, begin = scenes_cut(samples.names, views)
+        parts: tuple[Sequence[Sample], Sequence[Sample]] = (samples[:end], samples[begin:])
+    else:
+        split = hold_out_clip_end if entry is VIDEO_LABELS else SPLITS[folder.name]
+        parts = split(samples)
+    try:
+        credits = dataset_credits(folder)
+    except AssetError as error:
+        raise DatasetError(f"{error}; make it again, or write it by hand") from error
+    return TrainingDataset(*parts, entry.share, credits, views)
 
 
 def _samples(folder: Path, entry: DatasetEntry) -> Sequence[Sample]:

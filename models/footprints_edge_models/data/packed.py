@@ -7,7 +7,7 @@ in memory; ``NAME.json`` says where each lies. Any number of processes share the
 import json
 import logging
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, BinaryIO, overload
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge_models.asset_files.asset import Credit
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.mixture import TrainingDataset, load_datasets
 from footprints_edge_models.sample import Sample
@@ -66,6 +67,8 @@ class _Index:
     share: float
     train: list[dict[str, Any]]
     held_out: list[dict[str, Any]]
+    credits: list[dict[str, str]] = field(default_factory=list)
+    views: int = 1
 
 
 def pack(datasets: dict[str, TrainingDataset], folder: Path) -> list[Path]:
@@ -90,7 +93,16 @@ def pack(datasets: dict[str, TrainingDataset], folder: Path) -> list[Path]:
             if not train and len(dataset.train):
                 raise DatasetError(f"{name}: none of its samples can be read")
             part.replace(folder / f"{name}.bin")
-            facts = asdict(_Index(VERSION, dataset.share, train, held_out))
+            facts = asdict(
+                _Index(
+                    VERSION,
+                    dataset.share,
+                    train,
+                    held_out,
+                    [asdict(credit) for credit in dataset.credits],
+                    dataset.views,
+                )
+            )
             write_atomically(index, json.dumps(facts).encode())
             logger.info("%s: %d to train on, %d held out", name, len(train), len(held_out))
         written.append(index)
@@ -123,6 +135,7 @@ def load_packed(folder: Path) -> dict[str, TrainingDataset]:
             index = _Index(**json.loads(path.read_bytes()))
             if index.version != VERSION:
                 raise ValueError(f"version {index.version}")
+            credits = tuple(Credit(**facts) for facts in index.credits)
             train, held_out = (
                 PackedSamples(path.with_suffix(".bin"), rows)
                 for rows in (index.train, index.held_out)
@@ -132,7 +145,7 @@ def load_packed(folder: Path) -> dict[str, TrainingDataset]:
                     samples[len(samples) - 1]
         except (OSError, ValueError, TypeError, KeyError) as error:
             raise DatasetError(f"{path}: damaged, pack it again: {error}") from error
-        datasets[path.stem] = TrainingDataset(train, held_out, index.share)
+        datasets[path.stem] = TrainingDataset(train, held_out, index.share, credits, index.views)
     return datasets
 
 
@@ -141,14 +154,14 @@ def _write(file: BinaryIO, samples: Iterable[Sample]) -> list[dict[str, Any]]:
     rows = []
     for sample in _readable(samples):
         arrays, values = {}, {}
-        for field in fields(Sample):
-            value = getattr(sample, field.name)
+        for each in fields(Sample):
+            value = getattr(sample, each.name)
             if isinstance(value, np.ndarray):
                 file.write(bytes(-file.tell() % _ALIGNMENT))
-                arrays[field.name] = (file.tell(), value.dtype.str, value.shape)
+                arrays[each.name] = (file.tell(), value.dtype.str, value.shape)
                 file.write(np.ascontiguousarray(value).data)
-            elif field.name != "intrinsics" and value is not None:
-                values[field.name] = value
+            elif each.name != "intrinsics" and value is not None:
+                values[each.name] = value
         camera = asdict(sample.intrinsics)
         rows.append({"values": values, "intrinsics": camera, "arrays": arrays})
     return rows

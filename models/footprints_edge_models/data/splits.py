@@ -5,6 +5,7 @@ To add a dataset, name its rule in ``SPLITS``.
 """
 
 import zlib
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
 
@@ -34,10 +35,43 @@ def train_on_all(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[
     return samples, []
 
 
-def hold_out_last(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
-    """Holds out the last fiftieth, at most 100: synthetic scenes are all different."""
-    cut = len(samples) - min(100, len(samples) // 50)
-    return samples[:cut], samples[cut:]
+def scenes_cut(names: Sequence[str], views: int) -> tuple[int, int]:
+    """The end of the synthetic scenes that are trained on, and the beginning of those held out.
+
+    The last fiftieth is held out, at most 100 pictures. Views of a scene that would stand on both
+    sides are trained on or dropped; where they are all that would be held out, they are all.
+
+    Args:
+        names: of the pictures in order, each a number, perhaps behind a folder and a slash.
+        views: greatest number of pictures of a scene: number of a picture = number of its scene
+            times this + number of the view.
+    """
+    end = len(names) - min(100, len(names) // 50)
+    if end == len(names) or views == 1:
+        return end, end
+    scenes = [int(name.rpartition("/")[2]) // views for name in names]
+    begin = bisect_left(scenes, scenes[end])
+    if begin == end:
+        return end, end
+    after = bisect_right(scenes, scenes[end])
+    return (end, after) if after < len(names) else (begin, begin)
+
+
+def halves_cut(names: Sequence[str], views: int = 1) -> int:
+    """Where names fall into two halves, all pictures of a place in one of them.
+
+    A place is a scene of so many views (see :func:`scenes_cut`), else a drive, house or panorama:
+    the name up to its last underscore. The cut is at the end of a place that is nearest to the
+    middle: len(names) if there is only one.
+    """
+
+    def place(name: str) -> str | int:
+        own = name.rpartition("/")[2]
+        return int(own) // views if views > 1 else own.rpartition("_")[0] or own
+
+    places = [place(name) for name in names]
+    ends = [k for k in range(1, len(names)) if places[k] != places[k - 1]]
+    return min(ends, key=lambda k: abs(2 * k - len(names)), default=len(names))
 
 
 def hold_out_clip_end(samples: Sequence[NamedT]) -> tuple[Sequence[NamedT], Sequence[NamedT]]:
@@ -87,16 +121,19 @@ SPLITS: dict[str, SplitRule] = {
     "kitti_raw": hold_out_clip_end,
     "matterport_raw": hold_out_clip_end,
     "panoramas": hold_out_panoramas,
-    "synthetic_scenes": hold_out_last,
 }
-"""By name of the dataset's folder."""
+"""By name of the dataset's folder; :func:`scenes_cut` is the rule of ``SCENES``."""
+SCENES = "synthetic_scenes"
 
 
-def held_out(dataset: str, items: Sequence[NamedT]) -> Sequence[NamedT]:
+def held_out(dataset: str, items: Sequence[NamedT], views: int = 1) -> Sequence[NamedT]:
     """The part of a dataset that training holds out; all of a dataset without a rule.
 
     Args:
         dataset: name of its folder.
         items: all of it in order, named as its samples are: folder name, slash, file name.
+        views: of each scene, of synthetic scenes.
     """
+    if dataset == SCENES:
+        return items[scenes_cut([item.name for item in items], views)[1] :]
     return SPLITS[dataset](items)[1] if dataset in SPLITS else items

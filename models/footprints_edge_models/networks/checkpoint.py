@@ -13,6 +13,10 @@ from footprints_edge.errors import ModelError
 
 FOCAL_PX_KEY = "canonical_focal_px"
 """Key of a state dict's canonical focal length, a tensor of one number, beside the weights."""
+CREDITS_KEY = "credits"
+"""Key of whom to credit for what the weights were trained on: JSON, a tensor of its bytes."""
+
+_BESIDE = (FOCAL_PX_KEY, CREDITS_KEY)
 
 
 def read_checkpoint(path: Path) -> Any:  # noqa: ANN401  (a checkpoint holds what its writer put in)
@@ -40,7 +44,7 @@ def read_checkpoint(path: Path) -> Any:  # noqa: ANN401  (a checkpoint holds wha
 def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: ANN401
     """Fill a network from a state dict, every key and shape as expected.
 
-    A stated focal length (see :func:`stated_focal_px`) is none of the network's.
+    A stated focal length (see :func:`stated_focal_px`) and credits are none of the network's.
 
     Raises:
         ModelError: naming the missing, unexpected and misshapen keys.
@@ -52,7 +56,7 @@ def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: 
             f"{name}: expected a state dict of named tensors, found "
             f"{type(weights).__name__}; save network.state_dict()"
         )
-    weights = {key: tensor for key, tensor in weights.items() if key != FOCAL_PX_KEY}
+    weights = {key: tensor for key, tensor in weights.items() if key not in _BESIDE}
     expected = network.state_dict()
     problems = [
         _listed("missing", [key for key in expected if key not in weights]),

@@ -3,12 +3,14 @@
 import logging
 import zipfile
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from footprints_edge_models.asset_files.asset import Credit
 from footprints_edge_models.asset_files.credit_files import write_credits_file
+from footprints_edge_models.asset_files.dataset_credits import photo_credits
 from footprints_edge_models.asset_files.pack import AssetPack
 from footprints_edge_models.scenes.storage.files import scene_names
 
@@ -28,15 +30,21 @@ def used_assets(folder: Path) -> Counter[str]:
     return used
 
 
-def write_credits(folder: Path, pack: AssetPack) -> list[Credit]:
-    """Writes `credits.json`: title, author, licence and source of every asset used.
+def write_credits(
+    folder: Path, pack: AssetPack | None, textures: Sequence[Path] = ()
+) -> list[Credit]:
+    """Writes `credits.json`: title, author, licence and source of every asset and photo set used.
 
     Args:
         folder: Of the scenes.
         pack: The pack that they were made with.
+        textures: Folders of photos whose crops are textures.
 
     Returns:
         The credits, by licence, author and title.
     """
-    used = used_assets(folder)
-    return write_credits_file(folder, {entry.credit for entry in pack.entries if entry.key in used})
+    credits = {credit for photos in textures for credit in photo_credits(photos)}
+    if pack is not None:
+        used = used_assets(folder)
+        credits |= {entry.credit for entry in pack.entries if entry.key in used}
+    return write_credits_file(folder, credits)

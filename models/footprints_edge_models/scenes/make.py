@@ -175,8 +175,8 @@ def make_scenes(
         else:
             run_in_processes(job, job.scenes, report, processes=processes, run_length=1)
     finally:  # an interrupted folder is credited, too
-        if pack is not None:
-            write_credits(folder, pack)
+        if pack is not None or textures:
+            write_credits(folder, pack, textures)
     if settings.split == "test":
         _gather_boxes(folder)
 

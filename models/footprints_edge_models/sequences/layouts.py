@@ -6,6 +6,7 @@ from footprints_edge_models.sequences.colmap_text import is_colmap, read_colmap
 from footprints_edge_models.sequences.folders import is_sequence_folder, read_sequence_folder
 from footprints_edge_models.sequences.kitti import is_drive, read_kitti_raw
 from footprints_edge_models.sequences.matterport import is_scan, read_matterport
+from footprints_edge_models.sequences.record3d import is_record3d, read_record3d
 from footprints_edge_models.sequences.scannet import is_scannet, read_scannet
 from footprints_edge_models.sequences.sequence import Sequence, SequenceError
 from footprints_edge_models.sequences.stray_scanner import is_stray_scanner, read_stray_scanner
@@ -16,6 +17,7 @@ CLIPS = (
     (is_tum_rgbd, read_tum_rgbd),
     (is_scannet, read_scannet),
     (is_stray_scanner, read_stray_scanner),
+    (is_record3d, read_record3d),
     (is_colmap, read_colmap),
 )
 """Layouts that a folder shows by itself: whether it has one, and its reader."""
@@ -26,8 +28,9 @@ def read_sequence(folder: Path, published: Path | None = None) -> Sequence:
 
     Args:
         folder: a sequence folder (see :mod:`folders`), a clip in the format of TUM RGB-D, an
-            exported ScanNet scan, a recording of Stray Scanner, a reconstruction of COLMAP with
-            depth, a drive of KITTI raw in its place below the date, or a Matterport3D scan.
+            exported ScanNet scan, a recording of Stray Scanner or Record3D, a reconstruction of
+            COLMAP with depth, a drive of KITTI raw in its place below the date, or a Matterport3D
+            scan.
         published: folder or zip of the training data published with the paper, for the latter two.
 
     Raises:
@@ -46,7 +49,7 @@ def read_sequence(folder: Path, published: Path | None = None) -> Sequence:
     raise SequenceError(
         f"{folder}: no sequence here; it is a folder with sequence.json, one with image_l and "
         "image_r, a TUM RGB-D clip (rgb.txt, groundtruth.txt), a ScanNet scan (color, pose), a "
-        "recording of Stray Scanner (odometry.csv), a COLMAP reconstruction (cameras.txt), a drive "
-        "of KITTI raw (image_02) or a Matterport3D scan (matterport_color_images); see "
-        "docs/labels.md"
+        "recording of Stray Scanner (odometry.csv), an unpacked .r3d of Record3D (metadata, rgbd), "
+        "a COLMAP reconstruction (cameras.txt), a drive of KITTI raw (image_02) or a Matterport3D "
+        "scan (matterport_color_images); see docs/labels.md"
     )

@@ -1,5 +1,6 @@
 """What readers of hand-held RGB-D clips share: rates, neighbours, rotations, tables of numbers."""
 
+import math
 from collections.abc import Sequence as Many
 from pathlib import Path
 
@@ -48,6 +49,16 @@ def pose_of_quaternion(
     ]
     pose[:3, 3] = position_m
     return checked_pose(pose, where)
+
+
+def quarter_turns(poses: Many[NDArray[np.float64]]) -> int:
+    """Clockwise quarter turns, 0 to 3, that make most of a clip's pictures upright.
+
+    Args:
+        poses: camera to world, (4, 4); the world's y axis points up.
+    """
+    down = np.sum([pose[:3, :3].T @ [0, -1, 0] for pose in poses], axis=0)
+    return round(math.atan2(down[0], down[1]) / (math.pi / 2)) % 4
 
 
 def read_lines(path: Path) -> list[str]:

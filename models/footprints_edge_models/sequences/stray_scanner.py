@@ -8,7 +8,6 @@ points up.
 """
 
 import csv
-import math
 import shutil
 import tempfile
 from dataclasses import dataclass
@@ -27,6 +26,7 @@ from footprints_edge_models.sequences.moving_cameras import (
     HAND_HELD,
     numbers_of,
     pose_of_quaternion,
+    quarter_turns,
     spread_in_time,
 )
 from footprints_edge_models.sequences.sequence import (
@@ -101,7 +101,7 @@ def read_stray_scanner(folder: Path) -> Sequence:
         )
         for row, number in zip(rows, numbers, strict=True)
     ]
-    turns = _quarter_turns(poses)
+    turns = quarter_turns(poses)
     images, size = _unpacked(folder, numbers, turns)
     camera = _turned(_camera(folder / "camera_matrix.csv"), size, turns)
     upright = size if turns % 2 == 0 else size[::-1]
@@ -151,12 +151,6 @@ def _camera(path: Path) -> Intrinsics:
         return checked_intrinsics(np.loadtxt(path, delimiter=","), str(path))
     except (OSError, ValueError) as error:
         raise SequenceError(f"{path}: no readable 3x3 matrix ({error})") from error
-
-
-def _quarter_turns(poses: list[NDArray[np.float64]]) -> int:
-    """Clockwise quarter turns, 0 to 3, that make most of a clip's pictures upright."""
-    down = np.sum([pose[:3, :3].T @ [0, -1, 0] for pose in poses], axis=0)
-    return round(math.atan2(down[0], down[1]) / (math.pi / 2)) % 4
 
 
 def _quarter_turn(turns: int) -> NDArray[np.float64]:

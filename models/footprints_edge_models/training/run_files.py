@@ -1,18 +1,22 @@
 """The files of a run's folder: tables that grow by rows, and checkpoints."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
 import torch
 from torch import nn
 
-from footprints_edge_models.networks.checkpoint import FOCAL_PX_KEY
+from footprints_edge_models.asset_files.asset import Credit
+from footprints_edge_models.networks.checkpoint import CREDITS_KEY, FOCAL_PX_KEY
+from footprints_edge_models.training.weight_credits import as_tensor
 
 
-def save_weights(network: nn.Module, focal_px: float | None, path: Path) -> None:
-    """A state dict with its canonical focal length, in half precision, atomically.
+def save_weights(
+    network: nn.Module, focal_px: float | None, path: Path, credits: Collection[Credit] = ()
+) -> None:
+    """A state dict with its canonical focal length and credits, in half precision, atomically.
 
     A weight's last bits are noise, and the file is half as large.
     """
@@ -20,6 +24,8 @@ def save_weights(network: nn.Module, focal_px: float | None, path: Path) -> None
     halves = {k: v.half() if v.is_floating_point() else v for k, v in weights.items()}
     if focal_px is not None:
         halves[FOCAL_PX_KEY] = torch.tensor(focal_px, dtype=torch.float64)
+    if credits:
+        halves[CREDITS_KEY] = as_tensor(credits)
     save(halves, path)
 
 

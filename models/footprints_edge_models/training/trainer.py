@@ -2,7 +2,7 @@
 
 import functools
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -12,6 +12,8 @@ import torch
 from torch import nn
 from torch.optim.swa_utils import AveragedModel
 
+from footprints_edge_models.asset_files.asset import Credit
+from footprints_edge_models.asset_files.credit_files import write_credits_file
 from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.networks.checkpoint import read_checkpoint
 from footprints_edge_models.networks.edge import EdgeNetwork, former_focal_px
@@ -29,6 +31,7 @@ from footprints_edge_models.training.plots import draw_curves, draw_predictions
 from footprints_edge_models.training.process_group import ProcessGroup, in_parallel, process_group
 from footprints_edge_models.training.progress import Progress, Stopwatch
 from footprints_edge_models.training.recipe import Recipe, resumed_recipe, switched
+from footprints_edge_models.training.run_credits import credits_of_run
 from footprints_edge_models.training.run_files import append_row, drop_rows, save, save_weights
 from footprints_edge_models.training.schedule import TrainingError, size_at
 from footprints_edge_models.training.validation import ValidationScores, validate_all
@@ -49,6 +52,7 @@ class RunState:
         step: steps taken.
         pictures_before: steps of the run that this one goes on from: its pictures were seen.
         spent_s: seconds spent.
+        validation_s: seconds that a validation takes, the longest so far.
         is_decaying: whether the decay has begun.
     """
 
@@ -60,6 +64,7 @@ class RunState:
     step: int = 0
     pictures_before: int = 0
     spent_s: float = 0.0
+    validation_s: float = 0.0
     is_decaying: bool = False
 
     def focal_px_at(self, size: tuple[int, int]) -> float:
@@ -77,6 +82,7 @@ class RunState:
             "focal_px": self.focal_px,
             "pictures_before": self.pictures_before,
             "spent_s": self.spent_s,
+            "validation_s": self.validation_s,
             "is_decaying": self.is_decaying,
         }
 
@@ -94,10 +100,10 @@ def train(
 ) -> Path:
     """Train a network, or resume the run in a folder.
 
-    Writes ``train.csv``, ``validation.csv``, ``curves.png``, ``predictions.png``, the resumable
-    ``last.pt`` and, from every validation on, ``weights.pt``: the moving average, a state dict
-    in half precision. Under ``torchrun``, every process trains on pictures of its own and the first
-    one writes.
+    Writes ``train.csv``, ``validation.csv``, ``curves.png``, ``predictions.png``,
+    ``credits.json``, the resumable ``last.pt`` and, from every validation on, ``weights.pt``: the
+    moving average, a state dict in half precision with the credits of what it learned from. Under
+    ``torchrun``, every process trains on pictures of its own and the first one writes.
 
     Args:
         datasets: see :func:`mixture.load_datasets`.
@@ -119,6 +125,10 @@ def train(
         run.mkdir(parents=True, exist_ok=True)
         state = _begin(recipe, run, device, group)
         model = in_parallel(state.network, group)
+        sources = [run] if recipe.decay_from is None else [run, Path(recipe.decay_from)]
+        credits = credits_of_run(datasets, recipe.init, *sources)
+        if credits and group.is_first:
+            write_credits_file(run, credits)
         plan = BatchPlan(
             functools.partial(size_at, state.recipe.schedule),
             state.focal_px_at,
@@ -133,7 +143,7 @@ def train(
                 state,
                 model,
                 stream,
-                functools.partial(_validate, run, state, datasets),
+                functools.partial(_validate, run, state, datasets, credits),
                 run=run,
                 group=group,
                 every=(validate_every, save_every),
@@ -156,19 +166,19 @@ def _loop(
     """All steps to the end of the run."""
     recipe, watch = state.recipe, Stopwatch(state.spent_s)
     budget_s = None if recipe.minutes is None else 60 * recipe.minutes
-    begun, validation_s = state.step, 0.0
+    begun = state.step
 
-    def timed_validation() -> float:
+    def timed_validation() -> None:
         before_s = watch.spent_s
         validate()
         watch.skip()
-        return watch.spent_s - before_s
+        state.validation_s = max(state.validation_s, watch.spent_s - before_s)
 
     if budget_s is not None and begun == 0 and group.is_first:
-        validation_s = timed_validation()  # scores to compare with; and the last one takes as long
+        timed_validation()  # scores to compare with; and the last one takes as long
 
     def decayed() -> float:
-        spent = 0.0 if budget_s is None else (watch.spent_s + validation_s) / budget_s
+        spent = 0.0 if budget_s is None else (watch.spent_s + state.validation_s) / budget_s
         return group.agreed(recipe.decayed(state.step, spent))
 
     while (share := decayed()) < 1:
@@ -199,7 +209,7 @@ def _loop(
         if budget_s is None and state.step == recipe.steps:
             continue  # the end follows
         if state.step % every[0] == 0:
-            validation_s = max(validation_s, timed_validation())
+            timed_validation()
         if state.step % every[1] == 0:
             logger.info("%s", seen)
             save(state.as_dict(), run / "last.pt")
@@ -269,6 +279,7 @@ def _resume(state: RunState, run: Path, group: ProcessGroup) -> None:
     state.step = int(stored["step"])
     state.pictures_before = int(stored.get("pictures_before", 0))
     state.spent_s = float(stored.get("spent_s", 0.0))
+    state.validation_s = float(stored.get("validation_s", 0.0))
     state.is_decaying = bool(stored.get("is_decaying", False))
     if group.is_first:  # steps after the checkpoint come again
         drop_rows(run / "train.csv", state.step)
@@ -313,7 +324,12 @@ def _load(state: RunState, stored: dict[str, Any]) -> None:
     state.focal_px = float(stored.get("focal_px", state.focal_px))
 
 
-def _validate(run: Path, state: RunState, datasets: dict[str, TrainingDataset]) -> None:
+def _validate(
+    run: Path,
+    state: RunState,
+    datasets: dict[str, TrainingDataset],
+    credits: Sequence[Credit],
+) -> None:
     """Scores, plots, and the weights as they are now."""
     network = state.average.module
     size = size_at(state.recipe.schedule, max(0, state.step - 1))
@@ -321,7 +337,7 @@ def _validate(run: Path, state: RunState, datasets: dict[str, TrainingDataset]) 
     for name, scores in validate_all(network, datasets, size, focal_px).items():
         append_row(run / "validation.csv", {"step": state.step, "dataset": name, **asdict(scores)})
         logger.info("step %d, %s: %s", state.step, name, scores)
-    save_weights(network, focal_px, run / "weights.pt")
+    save_weights(network, focal_px, run / "weights.pt", credits)
     if state.step:
         draw_curves(run)
     draw_predictions(network, datasets, size, run / "predictions.png")

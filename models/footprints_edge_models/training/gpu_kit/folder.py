@@ -9,7 +9,7 @@ import sys
 import tarfile
 import tempfile
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -20,11 +20,7 @@ import footprints_edge
 import footprints_edge_models
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge_models.asset_files.asset import Credit
-from footprints_edge_models.asset_files.credit_files import (
-    CREDITS,
-    read_credits_file,
-    write_credits_file,
-)
+from footprints_edge_models.asset_files.credit_files import CREDITS, write_credits_file
 from footprints_edge_models.asset_files.pack import AssetPack
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.mixture import TrainingDataset
@@ -48,6 +44,7 @@ from footprints_edge_models.training.gpu_kit.stored_view import stored_view
 from footprints_edge_models.training.gpu_kit.timed_run import SCENES, RunSize
 from footprints_edge_models.training.gpu_kit.view_shard import ShardView, write_shard
 from footprints_edge_models.training.recipe import Recipe
+from footprints_edge_models.training.run_credits import credits_of_run
 from footprints_edge_models.training.run_files import save_weights
 from footprints_edge_models.training.schedule import ScheduleStage
 
@@ -118,7 +115,7 @@ def build_kit(
         (folder / name).unlink(missing_ok=True)
     shutil.copyfile(runner, folder / RUNNER)
     with tempfile.TemporaryDirectory() as scratch:
-        write_credits_file(Path(scratch), _credits(data, datasets, assets))
+        write_credits_file(Path(scratch), _credits(datasets, init, assets))
         _write_code(folder / CODE, settings, init, wheels, Path(scratch))
     if assets is not None:
         most = min(int(ASSETS_SHARE * most_bytes), int(0.8 * _left(folder, most_bytes)))
@@ -129,10 +126,11 @@ def build_kit(
     return _sizes(folder)
 
 
-def _credits(data: Path, datasets: Iterable[str], assets: Path | None) -> list[Credit]:
+def _credits(
+    datasets: Mapping[str, TrainingDataset], init: Path | None, assets: Path | None
+) -> list[Credit]:
     """Whom to credit for what a network may learn from the kit: of the pack, all of its split."""
-    files = [data / name / CREDITS for name in datasets]
-    found = [credit for file in files if file.is_file() for credit in read_credits_file(file)]
+    found = credits_of_run(datasets, None if init is None else str(init))
     entries = [] if assets is None else AssetPack(assets).entries
     return found + [entry.credit for entry in entries if entry.split == "train"]
 

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 
 from footprints_edge.foundation.cores import usable_cores
-from footprints_edge_models.asset_files.credit_files import CREDITS
+from footprints_edge_models.asset_files.credit_files import CREDITS, read_credits_file
 from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.sample import Sample
 from footprints_edge_models.training.batches import view_size
@@ -198,6 +198,7 @@ class _TimedRun:
         self._rng = np.random.default_rng(settings.seed)
         self._generator = torch.Generator(device).manual_seed(settings.seed)
         self._weights = out / "weights.pt"
+        self._credits = read_credits_file(kit / CREDITS)
         self._window: list[dict[str, torch.Tensor]] = []
         self._is_decaying = False
         self._step = self._pictures = 0
@@ -345,7 +346,9 @@ class _TimedRun:
         tensors = self._learner.average.state_dict().values()
         if torch.stack([tensor.float().sum() for tensor in tensors]).isfinite().all():
             self._learner.keep()
-            save_weights(self._learner.average, self._learner.focal_px, self._weights)
+            save_weights(
+                self._learner.average, self._learner.focal_px, self._weights, self._credits
+            )
 
     def _validate(self) -> None:
         if self._validated == self._step:

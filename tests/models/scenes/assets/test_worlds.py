@@ -12,7 +12,7 @@ from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.asset_files.asset import Surface
 from footprints_edge_models.asset_files.glb import read_world
 from footprints_edge_models.asset_files.pack import AssetPack, pack_assets
-from footprints_edge_models.asset_files.world_plan import plan_of
+from footprints_edge_models.asset_files.world_plan import VEHICLE_WORDS, has_word, plan_of
 from footprints_edge_models.cli import app
 from footprints_edge_models.scenes import generate
 from footprints_edge_models.scenes.assets.materials import Palette
@@ -179,6 +179,15 @@ def test_a_vehicle_takes_its_whole_outline_and_the_car_of_a_lift_its_walls():
     )
     assert area_m2(town, 0) == pytest.approx(2.2, rel=0.01)
     assert area_m2(house, 0) == pytest.approx(0.4, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("name", "is_vehicle"),
+    [("city_bus_2", True), ("CityBus", True), ("SUV_black.001", True), ("bush_3", False),
+     ("BushLogo", False), ("carpet_1", False), ("cardboard_box", False)],
+)  # fmt: skip
+def test_vehicles_are_named_by_whole_words(name, is_vehicle):
+    assert has_word(name, (*VEHICLE_WORDS, "car")) is is_vehicle
 
 
 def test_a_box_stands_on_the_floor_of_its_thing(scene, world):

@@ -179,6 +179,16 @@ def test_a_photo_gives_textures_to_one_split(tmp_path):
     assert photo_split(moved) == "test"
 
 
+def test_photos_that_give_textures_are_credited(tmp_path):
+    photos, own = tmp_path / "camvid" / "train" / "images", tmp_path / "holiday"
+    for folder in (photos, own):
+        folder.mkdir(parents=True)
+    fill(tmp_path / "scenes", 0, textures=[photos, own])
+    credits = json.loads((tmp_path / "scenes" / "credits.json").read_text())
+    found = {each["title"]: each["licence"] for each in credits}
+    assert found == {"CamVid": "CC-BY-NC-4.0", "holiday": "not stated"}
+
+
 def test_textures_tile():
     library = TextureLibrary("train")
     for kind in ("concrete", "carpet", "fabric", "plaster", "grass"):

