@@ -4,9 +4,9 @@
  * lines mark round distances.
  */
 
-import { COLOUR_SCALE, scalePosition, TICKS_M } from "./colours";
-import { placeAt, type Maps } from "./maps";
-import type { Size } from "./resize";
+import type { Size } from "../foundation/types.ts";
+import type { GroundMaps } from "../maps/ground-maps.ts";
+import { COLOUR_SCALE, scalePosition, TICKS_M } from "./colours.ts";
 
 /** Where a line of equal distance carries its number: x and y as fractions of the picture. */
 export interface DistanceLabel {
@@ -44,53 +44,45 @@ interface Fields {
  * @returns Four bytes a pixel (red, green, blue, opacity), and the numbers to write on the lines.
  */
 export function drawGround(
-  maps: Maps,
+  maps: GroundMaps,
   size: Size,
 ): { rgba: Uint8ClampedArray<ArrayBuffer>; labels: DistanceLabel[] } {
   const fields = fieldsOf(maps);
   return { rgba: paint(maps, fields, size), labels: labelsOf(maps, fields.nearness) };
 }
 
-function fieldsOf(maps: Maps): Fields {
-  const count = maps.height * maps.width;
-  const visible = new Float32Array(count);
-  const hidden = new Float32Array(count);
-  const scale = new Float32Array(count);
-  const nearness = new Float32Array(count);
-  for (let pixel = 0; pixel < count; pixel++) {
-    const place = placeAt(maps, pixel);
-    if (place === "visible") visible[pixel] = 1;
-    else if (place === "hidden") hidden[pixel] = 1;
-    scale[pixel] = scalePosition(maps.groundDepthM[pixel]);
-    nearness[pixel] = 1 / maps.groundDepthM[pixel];
-  }
-  const broadNearness = broad(nearness, maps);
+function fieldsOf(maps: GroundMaps): Fields {
+  const { mapSize } = maps;
+  const scale = maps.unmaskedGroundDepthM.map(scalePosition);
+  let nearness: Float32Array = maps.unmaskedGroundDepthM.map((depthM) => 1 / depthM);
+  // Ground that lies on its plane has no ripples, and its lines are where its metres are.
+  if (!maps.laidOnto) nearness = broad(nearness, mapSize);
   return {
-    visible: signedDistance(visible, maps),
-    hidden: signedDistance(hidden, maps),
+    visible: signedDistance(Float32Array.from(maps.visibleGround), mapSize),
+    hidden: signedDistance(Float32Array.from(maps.hiddenGround), mapSize),
     scale,
-    nearness: broadNearness,
-    steepness: steepness(broadNearness, maps),
+    nearness,
+    steepness: steepness(nearness, mapSize),
   };
 }
 
 /** The loop over every pixel that people see: plain arithmetic, for the sake of films on phones. */
-function paint(maps: Maps, fields: Fields, size: Size): Uint8ClampedArray<ArrayBuffer> {
+function paint(maps: GroundMaps, fields: Fields, size: Size): Uint8ClampedArray<ArrayBuffer> {
   const { height, width } = size;
   const penPx = Math.max(1, Math.max(height, width) / 700);
-  const perMapPx = width / maps.width;
+  const perMapPx = width / maps.mapSize.width;
   const periodPx = 10 * penPx;
   const stripePx = 4.4 * penPx;
   const ticks = Float64Array.from(TICKS_M, (tick) => 1 / tick);
   const rgba = new Uint8ClampedArray(height * width * 4);
-  const columns = between(width, maps.width);
-  const rows = between(height, maps.height);
+  const columns = between(width, maps.mapSize.width);
+  const rows = between(height, maps.mapSize.height);
   const row = {
-    visible: new Float32Array(maps.width),
-    hidden: new Float32Array(maps.width),
-    scale: new Float32Array(maps.width),
-    nearness: new Float32Array(maps.width),
-    steepness: new Float32Array(maps.width),
+    visible: new Float32Array(maps.mapSize.width),
+    hidden: new Float32Array(maps.mapSize.width),
+    scale: new Float32Array(maps.mapSize.width),
+    nearness: new Float32Array(maps.mapSize.width),
+    steepness: new Float32Array(maps.mapSize.width),
   };
 
   // The layer's colour so far, weighted with its opacity; `over` puts a colour on top.
@@ -107,11 +99,11 @@ function paint(maps: Maps, fields: Fields, size: Size): Uint8ClampedArray<ArrayB
   };
 
   for (let y = 0; y < height; y++) {
-    const above = rows.first[y] * maps.width;
-    const below = rows.second[y] * maps.width;
+    const above = rows.first[y] * maps.mapSize.width;
+    const below = rows.second[y] * maps.mapSize.width;
     const down = rows.part[y];
     const blend = (field: Float32Array, into: Float32Array) => {
-      for (let x = 0; x < maps.width; x++) {
+      for (let x = 0; x < maps.mapSize.width; x++) {
         into[x] = field[above + x] + down * (field[below + x] - field[above + x]);
       }
     };
@@ -278,15 +270,15 @@ function steepness(nearness: Float32Array, { height, width }: Size): Float32Arra
   return result;
 }
 
-function labelsOf(maps: Maps, nearness: Float32Array): DistanceLabel[] {
-  const { height, width } = maps;
+function labelsOf(maps: GroundMaps, nearness: Float32Array): DistanceLabel[] {
+  const { height, width } = maps.mapSize;
   const labels: DistanceLabel[] = [];
   for (const metres of TICKS_M) {
     const crossings: number[] = [];
     for (let x = 0; x < width; x++) {
       for (let pixel = x; pixel < (height - 1) * width; pixel += width) {
         const crosses = nearness[pixel] <= 1 / metres && nearness[pixel + width] > 1 / metres;
-        if (crosses && placeAt(maps, pixel) !== "none") crossings.push(pixel);
+        if (crosses && (maps.ground[pixel] || maps.visibleGround[pixel])) crossings.push(pixel);
       }
     }
     if (crossings.length < LABELLED_SHARE * width) continue;

@@ -1,8 +1,9 @@
 /** What a model file says about itself, in the `metadata_props` of the ONNX file. */
 
-import type { Filter } from "./resize";
+import { ModelError } from "../errors.ts";
+import { FILTERS, type Filter } from "../inputs/resize.ts";
 
-export interface ModelFacts {
+export interface ModelMetadata {
   name: string;
   precision: string;
   licence: string;
@@ -22,22 +23,22 @@ const METADATA_PROPS = 14;
 const [KEY, VALUE] = [1, 2];
 
 /**
- * Reads the facts that the page needs.
+ * Reads the facts that a prediction needs.
  *
  * @param file The bytes of an ONNX file.
- * @throws Error If it is not a model of the footprints-edge contract.
+ * @throws ModelError If it is not a model of the footprints-edge contract.
  */
-export function readModelFacts(file: Uint8Array): ModelFacts {
+export function readMetadata(file: Uint8Array): ModelMetadata {
   const props = metadataProps(file);
   const read = (key: string): string => {
     const value = props.get(PREFIX + key);
-    if (value === undefined) throw new Error(`the model file lacks the metadata ${PREFIX}${key}`);
+    if (value === undefined) throw new ModelError(`the model file lacks the metadata ${PREFIX}${key}`);
     return value;
   };
   const complaint = (key: string) =>
-    new Error(`the model file's ${PREFIX}${key} is "${read(key)}", which this page cannot read`);
+    new ModelError(`the model file's ${PREFIX}${key} is "${read(key)}", which this package cannot read`);
   if (read("format") !== FORMAT) throw complaint("format");
-  // Only files that lack some of the four maps say so; this page draws all of them.
+  // Only files that lack some of the four maps say so; this package wants all of them.
   if ((props.get(`${PREFIX}outputs`) ?? "all") !== "all") throw complaint("outputs");
   const [nearestM, farthestM] = read("depth_range_m").split(",").map(Number);
   if (!(0 < nearestM && nearestM < farthestM)) throw complaint("depth_range_m");
@@ -45,14 +46,14 @@ export function readModelFacts(file: Uint8Array): ModelFacts {
   const focalPx = camera === "none" ? null : Number(camera.replace("focal_px=", ""));
   if (focalPx !== null && !(focalPx > 0)) throw complaint("camera");
   const resize = read("resize");
-  if (resize !== "lanczos" && resize !== "bilinear") throw complaint("resize");
+  if (!FILTERS.includes(resize as Filter)) throw complaint("resize");
   return {
     name: read("name"),
     precision: read("precision"),
     licence: read("licence"),
     depthRangeM: [nearestM, farthestM],
     focalPx,
-    resize,
+    resize: resize as Filter,
   };
 }
 
@@ -77,7 +78,7 @@ function* fieldsOf(message: Uint8Array): Generator<{ number: number; bytes: Uint
     let value = 0;
     for (let place = 1; ; place *= 128) {
       const byte = message[at++];
-      if (byte === undefined) throw new Error("the model file is damaged: it ends too early");
+      if (byte === undefined) throw new ModelError("the model file is damaged: it ends too early");
       value += (byte & 127) * place;
       if (byte < 128) return value;
     }
@@ -92,6 +93,6 @@ function* fieldsOf(message: Uint8Array): Generator<{ number: number; bytes: Uint
       const length = varint();
       yield { number: Math.floor(tag / 8), bytes: message.subarray(at, at + length) };
       at += length;
-    } else throw new Error("the model file is damaged, or no ONNX file");
+    } else throw new ModelError("the model file is damaged, or no ONNX file");
   }
 }

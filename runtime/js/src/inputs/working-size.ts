@@ -1,4 +1,6 @@
-import type { Size } from "./resize";
+/** The size at which a network with free input size looks at a picture. */
+
+import type { Size } from "../foundation/types.ts";
 
 /** Networks halve the picture five times: sides must be multiples of this. */
 const STRIDE = 32;

@@ -4,63 +4,58 @@
  * pictures resized like this, and a browser's own scaling differs from browser to browser.
  */
 
-export interface Size {
-  height: number;
-  width: number;
-}
+import type { Pixels, Size } from "../foundation/types.ts";
 
-export type Filter = "lanczos" | "bilinear";
+/** The filters that a model file may name. */
+export const FILTERS = ["lanczos", "bilinear", "hamming"] as const;
 
-const FILTERS: Record<Filter, { support: number; weight: (x: number) => number }> = {
+export type Filter = (typeof FILTERS)[number];
+
+const KERNELS: Record<Filter, { support: number; weight: (x: number) => number }> = {
   lanczos: { support: 3, weight: (x) => (x >= -3 && x < 3 ? sinc(x) * sinc(x / 3) : 0) },
   bilinear: { support: 1, weight: (x) => Math.max(0, 1 - Math.abs(x)) },
+  hamming: {
+    support: 1,
+    weight: (x) => (Math.abs(x) < 1 ? sinc(x) * (0.54 + 0.46 * Math.cos(Math.PI * x)) : 0),
+  },
 };
 
 /** Fraction bits of the weights: 32 less 8 of the values, one of the sign, one for overshoot. */
 const FRACTION_BITS = 22;
 
 /** Where each result of a pass begins to read, how many values it reads, and their weights. */
-interface Taps {
+export interface Taps {
   first: Int32Array;
   count: Int32Array;
-  weights: Int32Array;
+  weights: Float64Array;
   stride: number;
 }
 
 /**
  * The network's input: the whole picture, resized.
  *
- * @param rgba Four bytes a pixel, row by row; the fourth is ignored.
- * @param from Size of `rgba`.
+ * @param picture Three or four bytes a pixel; the fourth is ignored.
  * @param to Size of the result.
  * @returns Three bytes a pixel: red, green, blue.
  */
-export function resizeToRgb(
-  rgba: Uint8ClampedArray | Uint8Array,
-  from: Size,
-  to: Size,
-  filter: Filter,
-): Uint8Array {
-  const narrow = resizeRows(rgba, from, to.width, filter);
-  return resizeColumns(narrow, { height: from.height, width: to.width }, to.height, filter);
+export function resizeToRgb(picture: Pixels, to: Size, filter: Filter): Uint8Array {
+  const narrow = resizeRows(picture, to.width, filter);
+  return resizeColumns(narrow, { height: picture.height, width: to.width }, to.height, filter);
 }
 
-function resizeRows(
-  rgba: Uint8ClampedArray | Uint8Array,
-  from: Size,
-  width: number,
-  filter: Filter,
-): Uint8Array {
+function resizeRows(from: Pixels, width: number, filter: Filter): Uint8Array {
+  const bytes = from.data;
   const narrow = new Uint8Array(from.height * width * 3);
+  const channels = bytes.length / (from.height * from.width);
   if (width === from.width) {
-    for (let read = 0, write = 0; write < narrow.length; read += 4) {
-      narrow[write++] = rgba[read];
-      narrow[write++] = rgba[read + 1];
-      narrow[write++] = rgba[read + 2];
+    for (let read = 0, write = 0; write < narrow.length; read += channels) {
+      narrow[write++] = bytes[read];
+      narrow[write++] = bytes[read + 1];
+      narrow[write++] = bytes[read + 2];
     }
     return narrow;
   }
-  const { first, count, weights, stride } = tapsOf(from.width, width, filter);
+  const { first, count, weights, stride } = inFixedPoint(tapsOf(from.width, width, filter));
   let write = 0;
   for (let y = 0; y < from.height; y++) {
     const row = y * from.width;
@@ -68,14 +63,14 @@ function resizeRows(
       let red = HALF;
       let green = HALF;
       let blue = HALF;
-      let read = (row + first[x]) * 4;
+      let read = (row + first[x]) * channels;
       const begin = x * stride;
       const end = begin + count[x];
-      for (let k = begin; k < end; k++, read += 4) {
+      for (let k = begin; k < end; k++, read += channels) {
         const weight = weights[k];
-        red += rgba[read] * weight;
-        green += rgba[read + 1] * weight;
-        blue += rgba[read + 2] * weight;
+        red += bytes[read] * weight;
+        green += bytes[read + 1] * weight;
+        blue += bytes[read + 2] * weight;
       }
       narrow[write++] = toByte(red);
       narrow[write++] = toByte(green);
@@ -87,7 +82,7 @@ function resizeRows(
 
 function resizeColumns(rgb: Uint8Array, from: Size, height: number, filter: Filter): Uint8Array {
   if (height === from.height) return rgb;
-  const { first, count, weights, stride } = tapsOf(from.height, height, filter);
+  const { first, count, weights, stride } = inFixedPoint(tapsOf(from.height, height, filter));
   const rowLength = from.width * 3;
   const result = new Uint8Array(height * rowLength);
   const sums = new Int32Array(rowLength);
@@ -111,8 +106,9 @@ function toByte(sum: number): number {
   return value < 0 ? 0 : value > 255 ? 255 : value;
 }
 
-function tapsOf(from: number, to: number, filter: Filter): Taps {
-  const { support, weight } = FILTERS[filter];
+/** The weights of a pass from `from` to `to` values. */
+export function tapsOf(from: number, to: number, filter: Filter): Taps {
+  const { support, weight } = KERNELS[filter];
   const scale = from / to;
   const stretch = Math.max(1, scale);
   const reach = support * stretch;
@@ -120,25 +116,32 @@ function tapsOf(from: number, to: number, filter: Filter): Taps {
   const taps: Taps = {
     first: new Int32Array(to),
     count: new Int32Array(to),
-    weights: new Int32Array(to * stride),
+    weights: new Float64Array(to * stride),
     stride,
   };
   for (let i = 0; i < to; i++) {
     const centre = (i + 0.5) * scale;
     const first = Math.max(0, Math.trunc(centre - reach + 0.5));
     const count = Math.min(from, Math.trunc(centre + reach + 0.5)) - first;
-    const exact = Array.from({ length: count }, (_, k) =>
-      weight((k + first - centre + 0.5) * (1 / stretch)),
-    );
-    const total = exact.reduce((sum, each) => sum + each, 0);
-    exact.forEach((each, k) => {
-      const scaled = (each / total) * (1 << FRACTION_BITS);
-      taps.weights[i * stride + k] = Math.trunc(scaled + (scaled < 0 ? -0.5 : 0.5));
-    });
+    let total = 0;
+    for (let k = 0; k < count; k++) {
+      const each = weight((k + first - centre + 0.5) * (1 / stretch));
+      taps.weights[i * stride + k] = each;
+      total += each;
+    }
+    for (let k = 0; k < count; k++) taps.weights[i * stride + k] /= total;
     taps.first[i] = first;
     taps.count[i] = count;
   }
   return taps;
+}
+
+function inFixedPoint({ weights, ...taps }: Taps): Omit<Taps, "weights"> & { weights: Int32Array } {
+  const rounded = Int32Array.from(weights, (each) => {
+    const scaled = each * (1 << FRACTION_BITS);
+    return Math.trunc(scaled + (scaled < 0 ? -0.5 : 0.5));
+  });
+  return { ...taps, weights: rounded };
 }
 
 function sinc(x: number): number {
