@@ -65,13 +65,14 @@ describe("a camera that is given", () => {
 
   it("has the field of view and the focal length that were given", () => {
     expect(intrinsicsOf(size, { hfovDeg: 90 }).fx).toBeCloseTo(640, 6);
+    expect(intrinsicsOf({ height: 1280, width: 720 }, { fovDeg: 90 }).fx).toBeCloseTo(640, 6);
     const { fx, source } = intrinsicsOf(size, null, 30);
     expect(intrinsicsOf(size, { focal35mm: 30 }, 77).fx).toBe(fx);
     expect(source).toBe("exif");
   });
 
   it("is refused if it cannot be", () => {
-    for (const camera of [{ hfovDeg: 180 }, { focal35mm: 0 }, { fx: 1, fy: NaN, cx: 0, cy: 0 }]) {
+    for (const camera of [{ hfovDeg: 180 }, { fovDeg: -1 }, { focal35mm: 0 }, { fx: 1, fy: NaN, cx: 0, cy: 0 }]) {
       expect(() => intrinsicsOf(size, camera)).toThrow(IntrinsicsError);
     }
   });
