@@ -14,16 +14,18 @@ const isolation = {
   "Cross-Origin-Embedder-Policy": "require-corp",
 };
 
-/** Files that are fetched, and then kept, only once someone asks for WebGPU. */
-const ON_DEMAND = /asyncify|webgpu/;
+/** Files that are fetched, and then kept, only once someone asks for WebGPU, or opens the other page. */
+const ON_DEMAND = /asyncify|webgpu|three/;
 
 export default defineConfig({
   base: "./",
   resolve: {
     // The runtime's own files stay files of their own: its threads load them by address.
     conditions: ["onnxruntime-web-use-extern-wasm", ...defaultClientConditions],
+    // The package is linked here, and would find the runtime beside its own sources.
+    dedupe: ["onnxruntime-web"],
   },
-  optimizeDeps: { exclude: ["onnxruntime-web"] },
+  optimizeDeps: { exclude: ["footprints-edge", "onnxruntime-web"] },
   server: { headers: isolation, fs: { allow: [repository] } },
   preview: { headers: isolation },
   worker: { format: "es" },
@@ -33,6 +35,7 @@ export default defineConfig({
     rolldownOptions: {
       input: {
         main: fileURLToPath(new URL("index.html", import.meta.url)),
+        three: fileURLToPath(new URL("three.html", import.meta.url)),
         "service-worker": fileURLToPath(new URL("src/workers/service-worker.ts", import.meta.url)),
       },
       output: {
@@ -43,20 +46,11 @@ export default defineConfig({
   },
   plugins: [fillInServiceWorker()],
   test: {
-    projects: [
-      { extends: true, test: { name: "unit", include: ["tests/unit/**/*.test.ts"] } },
-      {
-        extends: true,
-        test: {
-          name: "browser",
-          include: ["tests/browser/**/*.test.ts"],
-          globalSetup: "tests/browser/serve.ts",
-          fileParallelism: false,
-          testTimeout: 60_000 * Number(process.env.PATIENCE ?? 1),
-          hookTimeout: 60_000 * Number(process.env.PATIENCE ?? 1),
-        },
-      },
-    ],
+    include: ["tests/**/*.test.ts"],
+    globalSetup: "tests/serve.ts",
+    fileParallelism: false,
+    testTimeout: 60_000 * Number(process.env.PATIENCE ?? 1),
+    hookTimeout: 60_000 * Number(process.env.PATIENCE ?? 1),
   },
 });
 

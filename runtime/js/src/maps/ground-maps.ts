@@ -1,0 +1,134 @@
+/** The data of a prediction: four maps, with their masks and their camera. */
+
+import type { Mask, Size } from "../foundation/types.ts";
+import { scaledCamera, type Intrinsics } from "../geometry/camera.ts";
+import type { CameraPose } from "../geometry/camera-pose.ts";
+import { findGroundPlane, GroundPlane } from "../geometry/ground-plane.ts";
+import type { DecodedMaps } from "./decode.ts";
+import { resizeDepth, resizeMap } from "./resize.ts";
+
+/** The model that made a prediction. */
+export interface ModelInfo {
+  name: string;
+  precision: string;
+  /** Package, version and provider that ran it. */
+  runtime: string;
+}
+
+/** Milliseconds by stage. */
+export interface Timings {
+  decode: number;
+  preprocess: number;
+  inference: number;
+  postprocess: number;
+}
+
+/** All that a prediction consists of. It survives `postMessage`: `new Prediction(data)` has it back. */
+export interface GroundMapsData extends DecodedMaps {
+  /** Size of the maps. */
+  mapSize: Size;
+  /** Size of the upright picture. */
+  imageSize: Size;
+  /** The camera in pixels of the maps. */
+  intrinsics: Intrinsics;
+  /** Probability above which a pixel counts as ground. */
+  threshold: number;
+  model: ModelInfo;
+  timingsMs: Timings;
+  /** What is known of the camera's height, pitch and roll. */
+  pose: CameraPose;
+  /** The plane that the ground's depth was laid onto; null for the network's own depth. */
+  laidOnto: { up: GroundPlane["up"]; cameraHeightM: number; errorM: number } | null;
+}
+
+/** Walkable ground, seen and hidden, and depths. Maps and masks lie row by row. */
+export class GroundMaps implements GroundMapsData {
+  readonly visibleGroundProbability: Float32Array;
+  readonly groundProbability: Float32Array;
+  readonly visibleDepthM: Float32Array;
+  readonly unmaskedGroundDepthM: Float32Array;
+  readonly mapSize: Size;
+  readonly imageSize: Size;
+  readonly intrinsics: Intrinsics;
+  readonly threshold: number;
+  readonly model: ModelInfo;
+  readonly timingsMs: Timings;
+  readonly pose: CameraPose;
+  readonly laidOnto: GroundPlane | null;
+
+  // Private, so that `postMessage` does not copy what follows from the rest.
+  #visibleGround?: Mask;
+  #ground?: Mask;
+  #hiddenGround?: Mask;
+  #groundDepthM?: Float32Array;
+  #plane?: GroundPlane;
+
+  constructor(data: GroundMapsData) {
+    this.visibleGroundProbability = data.visibleGroundProbability;
+    this.groundProbability = data.groundProbability;
+    this.visibleDepthM = data.visibleDepthM;
+    this.unmaskedGroundDepthM = data.unmaskedGroundDepthM;
+    this.mapSize = data.mapSize;
+    this.imageSize = data.imageSize;
+    this.intrinsics = data.intrinsics;
+    this.threshold = data.threshold;
+    this.model = data.model;
+    this.timingsMs = data.timingsMs;
+    this.pose = data.pose;
+    const plane = data.laidOnto;
+    this.laidOnto = plane && new GroundPlane(plane.up, plane.cameraHeightM, plane.errorM);
+  }
+
+  /** 1 where the surface seen at this pixel is walkable (the paper's S). */
+  get visibleGround(): Mask {
+    return (this.#visibleGround ??= above(this.visibleGroundProbability, this.threshold));
+  }
+
+  /** 1 where the ray meets a walkable surface, seen or hidden (the paper's S*). */
+  get ground(): Mask {
+    return (this.#ground ??= above(this.groundProbability, this.threshold));
+  }
+
+  /** 1 where there is ground, but something stands in front of it. */
+  get hiddenGround(): Mask {
+    return (this.#hiddenGround ??= this.ground.map((each, i) => each & (1 - this.visibleGround[i])));
+  }
+
+  /** Metres along the optical axis to the walkable surface; NaN where there is none. */
+  get groundDepthM(): Float32Array {
+    return (this.#groundDepthM ??= this.unmaskedGroundDepthM.map((each, i) =>
+      this.ground[i] ? each : NaN,
+    ));
+  }
+
+  /**
+   * The plane of the ground, with the camera's height and pitch above it. The known part of the
+   * camera's pose holds; the rest is fitted.
+   *
+   * @throws GroundPlaneError If there is too little ground to fit a plane, if the ground is not flat,
+   *   or if the plane cannot be the ground.
+   */
+  groundPlane(): GroundPlane {
+    return (this.#plane ??=
+      this.laidOnto ??
+      findGroundPlane(this.unmaskedGroundDepthM, this.ground, this.mapSize, this.intrinsics, this.pose));
+  }
+
+  /** The data of the same maps at another size: probabilities as such, depths as inverse depth. */
+  protected dataAtSize(size: Size): GroundMapsData {
+    const from = this.mapSize;
+    return {
+      ...(this as GroundMapsData),
+      visibleGroundProbability: resizeMap(this.visibleGroundProbability, from, size),
+      groundProbability: resizeMap(this.groundProbability, from, size),
+      visibleDepthM: resizeDepth(this.visibleDepthM, from, size),
+      unmaskedGroundDepthM: resizeDepth(this.unmaskedGroundDepthM, from, size),
+      mapSize: size,
+      intrinsics: scaledCamera(this.intrinsics, from, size),
+    };
+  }
+}
+
+function above(probability: Float32Array, threshold: number): Mask {
+  return Uint8Array.from(probability, (each) => Number(each > threshold));
+}
