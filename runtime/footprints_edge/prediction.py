@@ -76,7 +76,7 @@ class Prediction(GroundMaps):
         return make_walkable_grid(self, cell_m, range_m)
 
     def scan(
-        self, bearings_deg: Sequence[float] | None = None, *, robot_height_m: float = 1.2
+        self, bearings_deg: Sequence[float] | float | None = None, *, robot_height_m: float = 1.2
     ) -> "RangeScan":
         """The distance to the nearest obstacle by bearing, as a laser scanner reports it.
 
