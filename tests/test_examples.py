@@ -194,7 +194,16 @@ def test_the_package_for_javascript_has_types(packed):
     types = packed / "node_modules" / "@types"
     types.mkdir(exist_ok=True)
     (types / "node").symlink_to(JS / "node_modules" / "@types" / "node")
-    strict = ["--noEmit", "--strict", "--module", "nodenext", "--target", "es2022", "--types", "node"]
+    strict = [
+        "--noEmit",
+        "--strict",
+        "--module",
+        "nodenext",
+        "--target",
+        "es2022",
+        "--types",
+        "node",
+    ]
     for name, program in (("right", PROGRAM), ("wrong", PROGRAM.replace("lengthM", "length_m"))):
         (packed / f"{name}.ts").write_text(program)
         words = ["node", str(compiler), *strict, "--skipLibCheck", f"{name}.ts"]

@@ -77,7 +77,10 @@ class Prediction(GroundMaps):
         return make_walkable_grid(self, cell_m, range_m)
 
     def scan(
-        self, bearings_deg: Sequence[float] | None = None, *, robot_height_m: float | None = None
+        self,
+        bearings_deg: Sequence[float] | float | None = None,
+        *,
+        robot_height_m: float | None = None,
     ) -> "RangeScan":
         """The distance to the nearest obstacle by bearing, as a laser scanner reports it.
 

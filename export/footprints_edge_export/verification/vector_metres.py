@@ -15,10 +15,10 @@ from footprints_edge.errors import GroundPlaneError, PlanningError
 from footprints_edge.foundation.types import Floats
 from footprints_edge.geometry.camera import Intrinsics, disparity_to_depth
 from footprints_edge.geometry.camera_pose import CameraPose
+from footprints_edge.geometry.obstacle_heights import ROBOT_HEIGHT_M
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.maps.decode import DecodedMaps
 from footprints_edge.maps.ground_maps import ModelInfo
-from footprints_edge.geometry.obstacle_heights import ROBOT_HEIGHT_M
 from footprints_edge.navigation.occupancy_grid import HIDDEN, VISIBLE
 from footprints_edge.navigation.path_planning import STEP_COST
 from footprints_edge.prediction import Prediction

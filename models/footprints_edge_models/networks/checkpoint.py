@@ -3,6 +3,7 @@
 import hashlib
 import math
 import warnings
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ def read_checkpoint(path: Path) -> Any:  # noqa: ANN401  (a checkpoint holds wha
             would run code when loaded.
     """
     try:
+        _refuse_packed(path)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return torch.load(path, map_location="cpu", weights_only=True)
@@ -39,6 +41,19 @@ def read_checkpoint(path: Path) -> Any:  # noqa: ANN401  (a checkpoint holds wha
             "damaged or something else, or it holds objects that would run code when loaded; "
             "save a network's state_dict() with torch.save"
         ) from error
+
+
+def _refuse_packed(path: Path) -> None:
+    """Refuses a zip that unpacks to more than it is large: PyTorch stores, and packs nothing.
+
+    A few megabytes would fill the memory.
+    """
+    if not zipfile.is_zipfile(path):
+        return
+    with zipfile.ZipFile(path) as archive:
+        unpacked = sum(entry.file_size for entry in archive.infolist())
+    if unpacked > path.stat().st_size:
+        raise ValueError(f"it unpacks to {unpacked} bytes")
 
 
 def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: ANN401
@@ -58,6 +73,12 @@ def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: 
         )
     weights = {key: tensor for key, tensor in weights.items() if key not in _BESIDE}
     expected = network.state_dict()
+    odd = [key for key, tensor in weights.items() if not _is_plain(tensor)]
+    if odd:
+        raise ModelError(
+            f"{name}: {_listed('no plain numbers', odd)}; sparse, quantised, complex and empty "
+            "tensors are none: save the network's state_dict() as it is trained"
+        )
     problems = [
         _listed("missing", [key for key in expected if key not in weights]),
         _listed("unexpected", [key for key in weights if key not in expected]),
@@ -75,7 +96,19 @@ def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: 
             f"{name}: not a checkpoint of {type(network).__name__}: "
             + "; ".join(filter(None, problems))
         )
-    network.load_state_dict(weights, strict=True)
+    try:
+        network.load_state_dict(weights, strict=True)
+    except Exception as error:
+        raise ModelError(f"{name}: its tensors do not load: {error!s:.500}") from error
+
+
+def _is_plain(tensor: torch.Tensor) -> bool:
+    """Whether a tensor is an ordinary one, whose numbers are there."""
+    return (
+        tensor.layout is torch.strided
+        and not (tensor.is_meta or tensor.is_quantized or tensor.is_complex() or tensor.is_nested)
+        and tensor.dtype is not torch.bool
+    )
 
 
 def stated_focal_px(weights: Any, name: str) -> float | None:  # noqa: ANN401
@@ -89,10 +122,10 @@ def stated_focal_px(weights: Any, name: str) -> float | None:  # noqa: ANN401
     if not isinstance(weights, dict) or FOCAL_PX_KEY not in weights:
         return None
     stated = weights[FOCAL_PX_KEY]
-    is_number = isinstance(stated, torch.Tensor) and stated.numel() == 1
+    is_number = isinstance(stated, torch.Tensor) and _is_plain(stated) and stated.numel() == 1
     if not is_number or not 0 < float(stated) < math.inf:
         raise ModelError(
-            f"{name}: {FOCAL_PX_KEY} is {stated}; it must be one positive number of pixels"
+            f"{name}: {FOCAL_PX_KEY} is {stated!s:.200}; it must be one positive number of pixels"
         )
     return float(stated)
 
@@ -101,7 +134,10 @@ def _listed(what: str, keys: list[str], most: int = 5) -> str:
     if not keys:
         return ""
     more = f" and {len(keys) - most} more" if len(keys) > most else ""
-    return f"{len(keys)} {what}: {', '.join(keys[:most])}{more}"
+    shown = (
+        key if key.isprintable() and len(key) < 100 else f"{key!r:.100}" for key in keys[:most]
+    )
+    return f"{len(keys)} {what}: {', '.join(shown)}{more}"
 
 
 def file_sha256(path: Path) -> str:

@@ -23,10 +23,10 @@ def checked_intrinsics(values: object, where: str) -> Intrinsics:
     """
     try:
         matrix = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         matrix = np.zeros(0)
     if matrix.shape != (3, 3):
-        raise SequenceError(f"{where}: intrinsics are a 3x3 matrix of numbers, not {values!r}")
+        raise SequenceError(f"{where}: intrinsics are a 3x3 matrix of numbers, not {values!r:.200}")
     (fx, _, cx), (_, fy, cy), _ = matrix.tolist()
     try:
         return Intrinsics(fx, fy, cx, cy)
@@ -49,7 +49,7 @@ def checked_pose(values: object, where: str) -> NDArray[np.float64]:
     """
     try:
         numbers = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise SequenceError(f"{where}: a pose of numbers is needed ({error})") from error
     if numbers.size not in (12, 16):
         raise SequenceError(

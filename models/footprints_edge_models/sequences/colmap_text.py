@@ -90,6 +90,8 @@ def read_colmap(folder: Path) -> Sequence:
         if len(words) != 10:
             raise SequenceError(f"{path}: {line!r} is not 'ID QW QX QY QZ TX TY TZ CAMERA NAME'")
         name, where = words[9], f"{path}, {words[9]}"
+        if Path(name).is_absolute() or ".." in Path(name).parts:
+            raise SequenceError(f"{path}: the name {name!r} leaves the folder of pictures")
         w, x, y, z, *shift = numbers_of(words[1:8], where)
         if words[8] not in cameras:
             raise SequenceError(f"{where}: camera {words[8]} is not in cameras.txt")

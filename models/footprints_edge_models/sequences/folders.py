@@ -55,7 +55,7 @@ def _rgbd(folder: Path) -> Sequence:
     path = folder / "sequence.json"
     try:
         stated = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise SequenceError(f"{path}: not readable as JSON ({error})") from error
     if not isinstance(stated, dict) or not isinstance(stated.get("frames"), list):
         raise SequenceError(f"{path}: 'frames' is missing; give a list of names and poses")
@@ -141,7 +141,7 @@ def _refuse_twins(frames: list[SequenceFrame], path: Path) -> None:
 def _up(stated: dict[str, Any], path: Path) -> tuple[float, float, float]:
     try:
         x, y, z = (-float(value) for value in stated.get("gravity_direction", (0, -1, 0)))
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise SequenceError(f"{path}: gravity_direction must be three numbers") from error
     if not 0 < math.hypot(x, y, z) < math.inf:
         raise SequenceError(f"{path}: gravity_direction {(-x, -y, -z)} is no direction")

@@ -83,4 +83,4 @@ def numbers_of(words: Many[str], where: str) -> list[float]:
     try:
         return [float(word) for word in words]
     except ValueError as error:
-        raise SequenceError(f"{where}: {' '.join(words)!r} are not numbers") from error
+        raise SequenceError(f"{where}: {' '.join(words)!r:.200} are not numbers") from error

@@ -42,7 +42,7 @@ def read_scannet(folder: Path) -> Sequence:
     images = {
         int(path.stem): path
         for path in (folder / "color").iterdir()
-        if path.stem.isdigit() and path.suffix in {".jpg", ".png"}
+        if path.stem.isdecimal() and path.suffix in {".jpg", ".png"}
     }
     numbers = sorted(images)
     frames: list[SequenceFrame] = []

@@ -7,7 +7,7 @@ pickled, and can be sent to other processes and machines that see the same files
 from collections.abc import Sequence as Many
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,22 @@ class SequenceError(FootprintsError):
     """A sequence is missing, or not laid out as expected."""
 
 
+def read_raster(path: Path, what: str) -> NDArray[Any]:
+    """The numbers of a picture with one channel, (H, W), as they are stored.
+
+    Raises:
+        SequenceError: it is missing or damaged, or has several channels.
+    """
+    try:
+        with Image.open(path) as image:
+            values = np.asarray(image)
+    except Exception as error:  # Pillow's decoders raise almost anything on damaged files
+        raise SequenceError(f"{path}: no readable {what} ({error})") from error
+    if values.ndim != 2:
+        raise SequenceError(f"{path}: a {what} has one channel, not {values.shape}")
+    return values
+
+
 class LazyArray(Protocol):
     """An array of a frame, read on demand."""
 
@@ -43,10 +59,7 @@ class DepthPicture:
 
     def read(self) -> NDArray[np.float32]:
         """Metres along the optical axis, float32 (H, W)."""
-        try:
-            units = np.asarray(Image.open(self.path))
-        except OSError as error:
-            raise SequenceError(f"{self.path}: no readable depth picture ({error})") from error
+        units = read_raster(self.path, "depth picture")
         return (units * self.metres_per_unit).astype(np.float32)
 
 
@@ -79,11 +92,7 @@ class LabelPicture:
 
     def read(self) -> NDArray[np.float32]:
         """Probability of ground, 0 or 1, float32 (H, W)."""
-        try:
-            ids = np.asarray(Image.open(self.path))
-        except OSError as error:
-            raise SequenceError(f"{self.path}: no readable label picture ({error})") from error
-        return np.isin(ids, self.walkable).astype(np.float32)
+        return np.isin(read_raster(self.path, "label picture"), self.walkable).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -136,7 +145,7 @@ class SequenceFrame:
         try:
             with Image.open(self.image) as image:
                 return image.height, image.width
-        except OSError as error:
+        except Exception as error:  # as in `read_raster`
             raise SequenceError(f"{self.image}: no readable picture ({error})") from error
 
 

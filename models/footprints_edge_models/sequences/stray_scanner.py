@@ -16,7 +16,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.preprocessing import resized
@@ -34,6 +33,7 @@ from footprints_edge_models.sequences.sequence import (
     Sequence,
     SequenceError,
     SequenceFrame,
+    read_raster,
 )
 
 LONGEST_SIDE_PX = 1024
@@ -43,6 +43,7 @@ LEAST_CONFIDENCE = 1
 
 _FRAMES = "frames"
 _JPEG_QUALITY = 95
+_LAST_FRAME = 10_000_000
 _COLUMNS = ("timestamp", "frame", "x", "y", "z", "qx", "qy", "qz", "qw")
 
 
@@ -64,12 +65,7 @@ class LidarDepth:
         """Metres along the optical axis, float32 (H, W), 0 where there is none."""
         depth_m = DepthPicture(self.path).read()
         if self.confidence.is_file():
-            try:
-                confidence = np.asarray(Image.open(self.confidence))
-            except OSError as error:
-                raise SequenceError(
-                    f"{self.confidence}: no readable confidence ({error})"
-                ) from error
+            confidence = read_raster(self.confidence, "confidence")
             if confidence.shape != depth_m.shape:
                 raise SequenceError(f"{self.confidence}: not of the size of {self.path.name}")
             depth_m = np.where(confidence >= LEAST_CONFIDENCE, depth_m, 0)
@@ -92,7 +88,7 @@ def read_stray_scanner(folder: Path) -> Sequence:
     rows = _odometry(folder / "odometry.csv")
     rows = [rows[index] for index in spread_in_time([row["timestamp"] for row in rows])]
     path = folder / "odometry.csv"
-    numbers = [int(row["frame"]) for row in rows]
+    numbers = [_frame_number(row["frame"], path) for row in rows]
     poses = [
         pose_of_quaternion(
             [row[axis] for axis in ("x", "y", "z")],
@@ -144,6 +140,12 @@ def _odometry(path: Path) -> list[dict[str, float]]:
     if not rows:
         raise SequenceError(f"{path}: no frames here")
     return sorted(rows, key=lambda row: row["timestamp"])
+
+
+def _frame_number(stated: float, path: Path) -> int:
+    if not 0 <= stated <= _LAST_FRAME:
+        raise SequenceError(f"{path}: {stated:g} is no frame number")
+    return int(stated)
 
 
 def _camera(path: Path) -> Intrinsics:

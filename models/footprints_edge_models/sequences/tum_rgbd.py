@@ -118,7 +118,7 @@ def _camera(folder: Path, image: Path) -> Intrinsics:
     try:
         with Image.open(image) as opened:
             size = opened.size
-    except OSError as error:
+    except Exception as error:  # Pillow's decoders raise almost anything on damaged files
         raise SequenceError(f"{image}: no readable picture ({error})") from error
     if size != _KINECT_WH:
         raise SequenceError(

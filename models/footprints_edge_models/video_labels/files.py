@@ -7,12 +7,13 @@ import io
 import json
 import zlib
 from dataclasses import asdict
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
 
+import cv2
 import numpy as np
+import PIL
 from PIL import Image
 
 from footprints_edge.errors import FootprintsError
@@ -53,8 +54,12 @@ def claim(folder: Path, sequence: Sequence, settings: LabelSettings) -> None:
     }
     about = json.loads(json.dumps(about, default=str))  # tuples and paths as JSON knows them
     if not path.exists():
-        made_with = {name: version(name) for name in ("numpy", "opencv-python-headless", "pillow")}
-        about["made_with"] = {"footprints-edge": __version__, **made_with}
+        about["made_with"] = {
+            "footprints-edge": __version__,
+            "numpy": np.__version__,
+            "opencv": cv2.__version__,  # of whichever of its distributions is installed
+            "pillow": PIL.__version__,
+        }
         write_atomically(path, (json.dumps(about, indent=2) + "\n").encode())
         return
     there = read_about(folder)

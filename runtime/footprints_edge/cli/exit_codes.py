@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from footprints_edge.errors import FootprintsError, ModelError
-from footprints_edge.foundation.install_hint import install_hint
 
 SOME_FAILED = 1
 USAGE = 2
@@ -37,6 +36,8 @@ def explained(extra: str | None = None) -> Iterator[None]:
     except ModuleNotFoundError as error:
         if extra is None:
             raise
+        from footprints_edge.foundation.install_hint import install_hint
+
         complain(f"Error: this needs the package {error.name}; {install_hint(extra)}")
         raise typer.Exit(USAGE) from None
     except KeyboardInterrupt:

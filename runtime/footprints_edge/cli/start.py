@@ -11,6 +11,7 @@ from contextlib import suppress
 from importlib import import_module
 from io import TextIOWrapper
 from types import FrameType
+from typing import Any
 
 _INTERRUPTED = 130  # as `exit_codes.INTERRUPTED`, whose module imports more
 
@@ -25,12 +26,19 @@ def start(module: str) -> None:
             signal.signal(number, _interrupt)
     try:
         prepare_streams()
-        import_module(module).main()
+        _imported(module).main()
     except BaseException:
         # whatever it has become on its way: C extensions make an ImportError of it
         if _interrupted:
             raise SystemExit(_INTERRUPTED) from None
         raise
+
+
+def _imported(module: str) -> Any:  # noqa: ANN401 - a module
+    """The module, which is not imported a second time where `python -m` runs it already."""
+    running = sys.modules["__main__"]
+    spec = getattr(running, "__spec__", None)
+    return running if spec and spec.name == module else import_module(module)
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:  # noqa: ARG001 - a signal handler

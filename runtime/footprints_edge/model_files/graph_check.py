@@ -69,6 +69,9 @@ OPERATORS: dict[str, tuple[int, int]] = {
 }
 """The operators of the contract, of ONNX's own domain, with the fewest and the most inputs."""
 
+MAX_OPERATOR_SET = 100
+"""Highest version of an operator set. OpenVINO counts down from it to one that it knows."""
+
 MAX_NODES = 10_000
 MAX_TEXT = 4096
 """Most bytes of a name or of a value of the metadata."""
@@ -120,10 +123,12 @@ def check_graph(data: bytes) -> None:
     _refuse(model, {20: "training steps", 25: "functions"})
     for value in _all(model, 2, 3, 4, 6):
         _text(value)
-    for entry in _all(model, 8, 14):  # operator sets and metadata
+    for entry in model.get(14, ()):  # metadata
         for _, part in fields(message_of(entry)):
             if not isinstance(part, int):
                 _text(part)
+    for entry in model.get(8, ()):
+        _check_operator_set(message_of(entry))
     if len(model.get(7, ())) != 1:
         raise ValueError(f"it has {len(model.get(7, ()))} graphs")
     graph = grouped(message_of(model[7][0]))
@@ -139,6 +144,15 @@ def check_graph(data: bytes) -> None:
     _check_order(nodes, {"", *given, *constants})
     for node in nodes:
         _check_sizes(node, constants)
+
+
+def _check_operator_set(data: memoryview) -> None:
+    entry = grouped(data)
+    for domain in entry.get(1, ()):
+        _text(domain)
+    for version in map(number_of, entry.get(2, ())):
+        if not 1 <= version <= MAX_OPERATOR_SET:
+            raise ValueError(f"its operators are of version {version}")
 
 
 def _all(message: dict[int, list[Value]], *numbers: int) -> Iterator[Value]:

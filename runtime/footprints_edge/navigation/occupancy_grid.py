@@ -1,9 +1,12 @@
 """The ground in bird's-eye view: a metric occupancy grid, with queries and ROS map export."""
 
 import json
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +26,9 @@ UNKNOWN, OCCUPIED, VISIBLE, HIDDEN = 0, 1, 2, 3
 
 MAX_CELLS = 1500
 """Most cells in the range of a grid, which has 2 * 1500 * 1500 of them then."""
+
+_BAND_CELLS = 2**18
+"""Cells that are looked up at a time: their places take some hundred bytes each."""
 
 _OBSTACLE_DEPTH_M = 1.0
 """In the grid of "walkable behind things", a cell without ground counts as occupied up to this
@@ -60,7 +66,8 @@ class OccupancyGrid:
     @property
     def places_m(self) -> NDArray[np.float64]:
         """float64 (rows, columns, 2): x and y of the cells' centres."""
-        return _centres_m(self.cells.shape[0], self.cell_m)
+        rows, columns = self.cells.shape
+        return _centres_m(rows, columns, self.cell_m)
 
     @property
     def free(self) -> Mask:
@@ -83,18 +90,19 @@ class OccupancyGrid:
         """Area of the cells of hidden ground in square metres."""
         return float(np.count_nonzero(self.cells == HIDDEN)) * self.cell_m**2
 
-    def nearest_obstacle_m(self, bearings_deg: NDArray[np.floating]) -> Floats:
+    def nearest_obstacle_m(self, bearings_deg: NDArray[np.floating] | float) -> Floats:
         """Distance to the first occupied cell in each direction.
 
         Args:
-            bearings_deg: (B,), degrees from straight ahead, left positive (REP-103).
+            bearings_deg: (B,), or one number: degrees from straight ahead, left positive
+                (REP-103).
 
         Returns:
             float32 (B,), metres from the point below the camera, accurate to half a cell; infinite
             in directions without an occupied cell.
         """
         rows, columns = self.cells.shape
-        bearing = np.radians(np.asarray(bearings_deg, np.float64))
+        bearing = np.radians(np.atleast_1d(np.asarray(bearings_deg, np.float64)))
         range_m = np.arange(0, np.hypot(rows, columns), 0.25) * self.cell_m
         row = np.floor(rows - np.cos(bearing)[:, None] * range_m / self.cell_m).astype(int)
         column = np.floor(columns / 2 - np.sin(bearing)[:, None] * range_m / self.cell_m)
@@ -147,24 +155,37 @@ class OccupancyGrid:
         ]
         return ("\n".join(lines) + "\n").encode("utf-8")
 
-    def save(self, yaml: str | Path, hidden: HiddenAs = "cost") -> tuple[Path, Path]:
+    def save(
+        self, yaml: str | Path, hidden: HiddenAs = "cost", *, overwrite: bool = False
+    ) -> tuple[Path, Path]:
         """Writes a map for a ROS map server: the YAML, and a PNG of the same name beside it.
 
         Args:
-            yaml: The YAML file.
+            yaml: The YAML file, `.yaml` or `.yml`.
             hidden: As for `map_png`.
+            overwrite: Whether to replace existing files.
 
         Raises:
-            OutputError: If they cannot be written.
+            OutputError: If the file has another suffix, one of the two exists (nothing is written
+                then), or they cannot be written.
         """
         path = Path(yaml)
+        if path.suffix.lower() not in {".yaml", ".yml"}:
+            raise OutputError(f"{path} is no YAML file; give map.yaml: map.png comes beside it")
         picture = path.with_suffix(".png")
         png, text = self.map_png(hidden), self.map_yaml(picture.name, hidden)
         try:
+            existing = [] if overwrite else [each for each in (path, picture) if each.exists()]
+            if existing:
+                raise OutputError(
+                    f"{existing[0]} exists; nothing was written; pass overwrite=True, or another "
+                    "name"
+                )
             write_atomically(picture, png)
             write_atomically(path, text)
-        except OSError as error:
-            raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+        except (OSError, ValueError) as error:  # ValueError: a null byte in the name
+            reason = getattr(error, "strerror", None) or error
+            raise OutputError(f"cannot write {path}: {reason}") from error
         return path, picture
 
 
@@ -185,19 +206,34 @@ def make_occupancy_grid(
     return grid_with(prediction, find_obstacles(prediction, robot_height_m), cell_m, range_m)
 
 
+_usual_grids: WeakKeyDictionary[GroundMaps, OccupancyGrid] = WeakKeyDictionary()
+
+
+def usual_grid(prediction: GroundMaps) -> OccupancyGrid:
+    """The grid with the usual cells and range, made once: several output files show it."""
+    grid = _usual_grids.get(prediction)
+    if grid is None:
+        grid = _usual_grids[prediction] = make_occupancy_grid(prediction)
+    return grid
+
+
 def grid_with(
     prediction: GroundMaps, obstacles: Obstacles, cell_m: float, range_m: float
 ) -> OccupancyGrid:
     """The grid of a prediction whose obstacles are known already."""
-    cells, row, column, seen = _ground_cells(prediction, cell_m, range_m)
-    values = cells[seen]
-    raised = obstacles.raised[row, column]
-    values[raised] = UNKNOWN  # a table top called ground: what is beneath it is not seen
-    cells[seen] = values
-    places_m = _centres_m(len(cells), cell_m)
-    within = np.hypot(places_m[..., 0], places_m[..., 1]) <= range_m
-    cells[obstacles.covers(places_m, cell_m) & within] = OCCUPIED
-    return OccupancyGrid(cells, cell_m, prediction.ground_plane())
+    plane, rows = prediction.ground_plane(), _rows(cell_m, range_m)
+    cells = np.empty((rows, 2 * rows), np.uint8)
+    for band in _bands(rows):
+        places_m = _centres_m(rows, 2 * rows, cell_m, band)
+        found, row, column, seen = _ground_cells(prediction, plane, places_m, range_m)
+        values = found[seen]
+        raised = obstacles.raised[row, column]
+        values[raised] = UNKNOWN  # a table top called ground: what is beneath it is not seen
+        found[seen] = values
+        within = np.hypot(places_m[..., 0], places_m[..., 1]) <= range_m
+        found[obstacles.covers(places_m, cell_m) & within] = OCCUPIED
+        cells[band] = found
+    return OccupancyGrid(cells, cell_m, plane)
 
 
 def make_walkable_grid(
@@ -205,20 +241,25 @@ def make_walkable_grid(
 ) -> OccupancyGrid:
     """The grid of "walkable behind things"; see `Prediction.walkable_behind_things`."""
     _check_sizes(cell_m, range_m)
-    cells, row, column, seen = _ground_cells(prediction, cell_m, range_m)
     camera, plane = prediction.intrinsics, prediction.ground_plane()
-    rows = len(cells)
     surface = plane.to_ground(backproject(prediction.visible_depth_m, camera))
     surface_m = np.hypot(surface[..., 0], surface[..., 1])
-    behind_m = np.hypot(*_centres_m(rows, cell_m)[seen].T) - surface_m[row, column]
-    values = cells[seen]
-    values[(values == UNKNOWN) & (behind_m <= _OBSTACLE_DEPTH_M)] = OCCUPIED
-    cells[seen] = values
+    rows = _rows(cell_m, range_m)
+    cells = np.empty((rows, 2 * rows), np.uint8)
+    in_view = np.empty(cells.shape, bool)
+    for band in _bands(rows):
+        places_m = _centres_m(rows, 2 * rows, cell_m, band)
+        found, row, column, seen = _ground_cells(prediction, plane, places_m, range_m)
+        behind_m = np.hypot(*places_m[seen].T) - surface_m[row, column]
+        values = found[seen]
+        values[(values == UNKNOWN) & (behind_m <= _OBSTACLE_DEPTH_M)] = OCCUPIED
+        found[seen] = values
+        cells[band], in_view[band] = found, seen
     ground = np.pad(cells >= VISIBLE, 1)
-    near_ground = np.zeros_like(seen)
+    near_ground = np.zeros_like(in_view)
     for down, right in ((i, j) for i in range(3) for j in range(3)):
         near_ground |= ground[down : down + rows, right : right + 2 * rows]
-    cells[seen & near_ground & (cells < VISIBLE)] = OCCUPIED  # something ends the ground here
+    cells[in_view & near_ground & (cells < VISIBLE)] = OCCUPIED  # something ends the ground here
     return OccupancyGrid(cells, cell_m, plane)
 
 
@@ -230,18 +271,34 @@ def _check_sizes(cell_m: float, range_m: float) -> None:
         )
 
 
+def _rows(cell_m: float, range_m: float) -> int:
+    """The rows that reach as far as the range; 1.1 / 0.1 is a little more than 11."""
+    return math.ceil(range_m / cell_m - 1e-6)
+
+
+def _bands(rows: int) -> Iterator[slice]:
+    """Rows of a grid to be worked on at a time, so that a large one does not fill the memory."""
+    height = max(1, _BAND_CELLS // (2 * rows))
+    for top in range(0, rows, height):
+        yield slice(top, min(rows, top + height))
+
+
 def _ground_cells(
-    prediction: GroundMaps, cell_m: float, range_m: float
+    prediction: GroundMaps, plane: GroundPlane, places_m: NDArray[np.float64], range_m: float
 ) -> tuple[NDArray[np.uint8], NDArray[np.intp], NDArray[np.intp], Mask]:
     """Looks up the ground below the centre of every cell.
+
+    Args:
+        prediction: Maps of all four kinds.
+        plane: Their ground plane.
+        places_m: (rows, columns, 2): x and y of the cells' centres.
+        range_m: Cells farther from the camera are not looked up.
 
     Returns:
         uint8 (rows, columns): `VISIBLE`, `HIDDEN` or `UNKNOWN`; row and column in the maps of the
         cells in view; and bool (rows, columns), the cells in view.
     """
-    rows = round(range_m / cell_m)
-    places_m = _centres_m(rows, cell_m)
-    pixels = prediction.ground_plane().to_pixels(places_m, prediction.intrinsics)
+    pixels = plane.to_pixels(places_m, prediction.intrinsics)
     x, y = np.moveaxis(pixels, -1, 0)
     height, width = prediction.map_size
     with np.errstate(invalid="ignore"):
@@ -251,14 +308,17 @@ def _ground_cells(
     values = np.full(len(row), UNKNOWN, np.uint8)
     values[prediction.ground[row, column]] = VISIBLE
     values[prediction.hidden_ground[row, column]] = HIDDEN
-    cells = np.full((rows, 2 * rows), UNKNOWN, np.uint8)
+    cells = np.full(seen.shape, UNKNOWN, np.uint8)
     cells[seen] = values
     return cells, row, column, seen
 
 
-def _centres_m(rows: int, cell_m: float) -> NDArray[np.float64]:
-    """float64 (rows, 2 * rows, 2): x and y of the cells' centres."""
-    places_m = np.empty((rows, 2 * rows, 2))
-    places_m[..., 0] = (rows - np.arange(rows)[:, None] - 0.5) * cell_m
-    places_m[..., 1] = (rows - np.arange(2 * rows) - 0.5) * cell_m
+def _centres_m(
+    rows: int, columns: int, cell_m: float, band: slice = slice(None)
+) -> NDArray[np.float64]:
+    """float64 (rows of the band, columns, 2): x and y of the cells' centres."""
+    row = np.arange(rows)[band]
+    places_m = np.empty((len(row), columns, 2))
+    places_m[..., 0] = (rows - row[:, None] - 0.5) * cell_m
+    places_m[..., 1] = (columns / 2 - np.arange(columns) - 0.5) * cell_m
     return places_m

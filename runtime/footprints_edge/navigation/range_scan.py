@@ -42,11 +42,11 @@ class RangeScan:
 
 def scan(
     prediction: GroundMaps,
-    bearings_deg: NDArray[np.floating],
+    bearings_deg: NDArray[np.floating] | float,
     robot_height_m: float | None = None,
 ) -> RangeScan:
     """The scan of a prediction; see `Prediction.scan`."""
-    bearings = np.asarray(bearings_deg, np.float64)
+    bearings = np.atleast_1d(np.asarray(bearings_deg, np.float64))
     ranges_m = find_obstacles(prediction, robot_height_m).nearest_m(bearings)
     at_m, share = np.transpose(_MEASURED)
     finite = np.isfinite(ranges_m)

@@ -6,7 +6,7 @@ import numpy as np
 
 from footprints_edge.drawing.occupancy_grid import colours_of_cells
 from footprints_edge.maps.ground_maps import GroundMaps
-from footprints_edge.navigation.occupancy_grid import UNKNOWN, make_occupancy_grid
+from footprints_edge.navigation.occupancy_grid import UNKNOWN, usual_grid
 from footprints_edge.navigation.range_scan import scan
 from footprints_edge.outputs.ply import coloured_points, ply_file
 
@@ -19,7 +19,7 @@ def encode_occupancy_npz(prediction: GroundMaps) -> bytes:
     below the camera; `cell_m`; `plane`, the unit normal of the ground in camera axes and the
     camera's height; `bearings_deg`, `ranges_m` and `confidence` of the scan.
     """
-    grid = make_occupancy_grid(prediction)
+    grid = usual_grid(prediction)
     ranges = scan(prediction, np.arange(-90.0, 91.0))
     places_m = grid.places_m
     buffer = io.BytesIO()
@@ -43,7 +43,7 @@ def encode_occupancy_ply(prediction: GroundMaps) -> bytes:
     Binary little-endian PLY: x forward, y left, z up, metres, from the point below the camera.
     Property `layer` is the cell's value: 1 occupied, 2 visible ground, 3 hidden ground.
     """
-    grid = make_occupancy_grid(prediction)
+    grid = usual_grid(prediction)
     known = grid.cells != UNKNOWN
     places_m = grid.places_m[known]
     points_m = np.column_stack([places_m, np.zeros(len(places_m))])

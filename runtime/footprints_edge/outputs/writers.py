@@ -177,24 +177,22 @@ def _ply(prediction: GroundMaps) -> bytes:
 def _top_down_picture(prediction: GroundMaps) -> bytes:
     from footprints_edge.drawing.notes import lens_note
     from footprints_edge.drawing.occupancy_grid import encode_occupancy_grid
-    from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
+    from footprints_edge.navigation.occupancy_grid import usual_grid
 
-    return encode_occupancy_grid(
-        make_occupancy_grid(prediction), lens_note(prediction.intrinsics.source)
-    )
+    return encode_occupancy_grid(usual_grid(prediction), lens_note(prediction.intrinsics.source))
 
 
 def _map_png(prediction: GroundMaps) -> bytes:
-    from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
+    from footprints_edge.navigation.occupancy_grid import usual_grid
 
-    return make_occupancy_grid(prediction).map_png()
+    return usual_grid(prediction).map_png()
 
 
 def _map_yaml(prediction: GroundMaps, image: str = NAMELESS + _MAP_PNG) -> bytes:
     """The YAML refers to the picture beside it."""
-    from footprints_edge.navigation.occupancy_grid import make_occupancy_grid
+    from footprints_edge.navigation.occupancy_grid import usual_grid
 
-    return make_occupancy_grid(prediction).map_yaml(image)
+    return usual_grid(prediction).map_yaml(image)
 
 
 def _grid_npz(prediction: GroundMaps) -> bytes:

@@ -3,6 +3,7 @@
 import os
 import pickle
 import random
+import tracemalloc
 import zipfile
 
 import pytest
@@ -183,3 +184,45 @@ def test_sha256_is_that_of_the_standard(tmp_path):
     assert file_sha256(tmp_path / "abc") == (
         "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
     )
+
+
+@pytest.mark.parametrize(
+    "odd",
+    [
+        lambda tensor: tensor.to("meta"),
+        lambda tensor: tensor.to_sparse(),
+        lambda tensor: torch.quantize_per_tensor(tensor, 0.1, 0, torch.qint8),
+        lambda tensor: tensor.to(torch.complex64),
+        lambda tensor: tensor > 0,
+    ],
+    ids=["meta", "sparse", "quantised", "complex", "bool"],
+)
+def test_tensors_without_plain_numbers_are_named(odd):
+    network = torch.nn.Linear(2, 3)
+    weights = {**network.state_dict(), "weight": odd(network.weight.detach())}
+    with pytest.raises(ModelError, match="no plain numbers: weight"):
+        load_weights(network, weights, "odd.pth")
+    with pytest.raises(ModelError, match=r"canonical_focal_px is"):
+        stated_focal_px({"canonical_focal_px": odd(torch.tensor([300.0]))}, "odd.pth")
+
+
+def test_keys_in_messages_are_short_and_printable():
+    network = torch.nn.Linear(2, 3)
+    weights = {**network.state_dict(), "\x1b[2J": torch.zeros(1), "k" * 10**6: torch.zeros(1)}
+    with pytest.raises(ModelError, match="2 unexpected") as caught:
+        load_weights(network, weights, "odd.pth")
+    assert len(str(caught.value)) < 500
+    assert str(caught.value).isprintable()
+
+
+def test_a_zip_that_unpacks_to_more_than_it_is_large_is_refused_unread(tmp_path):
+    path = tmp_path / "bomb.pth"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("m/data.pkl", bytes(10**7))
+        archive.writestr("m/version", "3\n")
+    tracemalloc.start()
+    with pytest.raises(ModelError, match="refused") as caught:
+        read_checkpoint(path)
+    assert "unpacks to 10000002 bytes" in str(caught.value.__cause__)
+    assert tracemalloc.get_traced_memory()[1] < 10**6
+    tracemalloc.stop()

@@ -347,3 +347,44 @@ def test_labels_are_made_without_saying_where_ground_comes_from(tum, tmp_path):
     assert result.exit_code == 0, result.output
     summary = json.loads(result.stdout)
     assert (summary["ground"], summary["frames"], summary["failed"]) == ("depth", 4, 0)
+
+
+def spoil(path, before, after):
+    text = path.read_text()
+    assert before in text
+    path.write_text(text.replace(before, after, 1))
+
+
+def test_frame_numbers_that_cannot_be_are_refused(stray):
+    for number in ("inf", "nan", "-1", "1e300"):
+        text = (stray / "odometry.csv").read_text()
+        spoil(stray / "odometry.csv", ", 000000,", f", {number},")
+        with pytest.raises(SequenceError, match="no frame number"):
+            read_sequence(stray)
+        (stray / "odometry.csv").write_text(text)
+
+
+def test_pictures_outside_the_folder_are_refused(colmap):
+    Image.new("RGB", SIZE[::-1]).save(colmap / "0.jpg")
+    spoil(colmap / "images.txt", "walk/0.jpg", "../0.jpg")
+    with pytest.raises(SequenceError, match="leaves the folder"):
+        read_sequence(colmap)
+
+
+def test_names_of_other_digits_are_none_of_a_scans(scannet):
+    save_picture(scannet / "color/².jpg", 10)
+    assert len(read_sequence(scannet).frames) == len(EYES)
+
+
+@pytest.mark.parametrize("spoiled", ["cut", "checksum", "colour"])
+def test_damaged_depth_pictures_are_named(tum, spoiled):
+    frame = read_sequence(tum).frames[0]
+    path = frame.depth.path
+    data = path.read_bytes()
+    if spoiled == "colour":
+        save_picture(path, 10)
+    else:
+        at = data.index(b"IDAT") + 10
+        path.write_bytes(data[:at] if spoiled == "cut" else data[:at] + b"xyz" + data[at + 3 :])
+    with pytest.raises(SequenceError, match=path.name):
+        frame.depth.read()

@@ -136,6 +136,26 @@ def test_broken_json_and_no_sequence_at_all(clip, tmp_path):
             reader(tmp_path)
 
 
+@pytest.mark.parametrize("text", ["[" * 100_000, '{"a": ' * 100_000], ids=["lists", "maps"])
+def test_deeply_nested_json_is_named(clip, text):
+    (clip / "sequence.json").write_text(text)
+    with pytest.raises(SequenceError, match="not readable as JSON"):
+        read_sequence(clip)
+
+
+@pytest.mark.parametrize("key", ["intrinsics", "gravity_direction", "camera_to_world"])
+def test_integers_without_end_are_named(clip, key):
+    rows = {"intrinsics": 3, "gravity_direction": 0, "camera_to_world": 4}[key]
+    numbers = [[10**400] * rows] * rows if rows else [10**400, 0, 0]
+    restate(
+        clip,
+        lambda s: (s["frames"][0] if key == "camera_to_world" else s).update({key: numbers}),
+    )
+    with pytest.raises(SequenceError) as caught:
+        read_sequence(clip)
+    assert len(str(caught.value)) < 600
+
+
 def test_a_damaged_depth_picture_shows_when_it_is_read(clip):
     (clip / "depth" / "b.png").write_bytes(b"nothing")
     frames = read_sequence_folder(clip).frames

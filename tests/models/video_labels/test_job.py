@@ -9,6 +9,7 @@ import time
 from collections import Counter
 from dataclasses import replace
 from functools import partial
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,7 @@ from footprints_edge_models.data.readers.video_labels import read_video_labels
 from footprints_edge_models.sample import NO, UNSEEN, YES
 from footprints_edge_models.sequences.sequence import DepthPicture, InTime, Sequence, SequenceFrame
 from footprints_edge_models.video_labels.contact_sheet import WIDTH_PX, draw_contact_sheet
-from footprints_edge_models.video_labels.files import LabelFilesError, frame_path, read_frame
+from footprints_edge_models.video_labels.files import LabelFilesError, claim, frame_path, read_frame
 from footprints_edge_models.video_labels.job import LabelJob, hidden_share, make_labels
 from footprints_edge_models.video_labels.labeller import LabelSettings
 
@@ -249,7 +250,16 @@ def test_labels_json_says_what_made_them(finished):
     assert about["sequence"] == "made"
     assert about["settings"]["size"] == [12, 16]
     assert about["neighbours"] == {"kind": "InTime", "before": 25, "after": 50, "step": 2}
-    assert "footprints-edge" in about["made_with"]
+    assert set(about["made_with"]) == {"footprints-edge", "numpy", "opencv", "pillow"}
+
+
+def test_opencv_may_come_from_any_of_its_distributions(tmp_path, monkeypatch):
+    def absent(name):
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr("importlib.metadata.Distribution.from_name", absent)
+    claim(tmp_path, sequence_of(1), LabelSettings())
+    assert json.loads((tmp_path / "labels.json").read_text())["made_with"]["opencv"]
 
 
 @pytest.fixture

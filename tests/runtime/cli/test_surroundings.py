@@ -171,3 +171,11 @@ def test_every_command_has_help_and_a_version(name):
         code += f"from footprints_edge.cli import start; start.{name}()"
         result = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
         assert said in result.stdout
+
+
+def test_a_command_run_as_a_module_is_imported_once():
+    command = [sys.executable, "-X", "importtime", "-m", "footprints_edge.cli.infer", "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "footprints-edge" in done.stdout
+    assert "footprints_edge.cli.start" in done.stderr
+    assert "footprints_edge.cli.infer" not in done.stderr

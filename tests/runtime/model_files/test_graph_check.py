@@ -54,6 +54,12 @@ def test_operators_of_other_makers_are_named(model):
     assert "com.microsoft.nchwc.Conv" in refusal(spoil(model, node))
 
 
+@pytest.mark.parametrize("version", [2**63 - 1, 10_000_000, 0, -1])
+def test_versions_of_operators_that_will_never_be_are_refused(version, model):
+    model.opset_import[0].version = version  # OpenVINO would look for each, from there down
+    assert f"version {version}" in refusal(model.SerializeToString())
+
+
 def test_functions_are_refused(model):
     opset = helper.make_opsetid("x", 1)
     function = helper.make_function("x", "F", ["a"], ["b"], [], [opset])

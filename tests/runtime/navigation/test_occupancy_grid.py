@@ -1,5 +1,6 @@
 import io
 import json
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.ground_plane import fit_ground_plane
 from footprints_edge.navigation.occupancy_grid import (
     HIDDEN,
+    MAX_CELLS,
     OCCUPIED,
     UNKNOWN,
     VISIBLE,
@@ -206,6 +208,43 @@ def test_the_nearest_obstacle_by_bearing(grid):
     np.testing.assert_allclose(grid.nearest_obstacle_m(bearings_deg), expected_m, atol=0.08)
 
 
+def test_one_bearing_is_enough(scene, grid):
+    np.testing.assert_allclose(grid.nearest_obstacle_m(0.0), [3.0], atol=0.08)
+    np.testing.assert_allclose(scene.scan(0.0).ranges_m, [3.0], atol=0.08)
+
+
+@pytest.mark.parametrize(
+    ("cell_m", "range_m", "rows"), [(0.3, 1.0, 4), (0.3, 6.1, 21), (0.1, 1.1, 11), (0.1, 0.3, 3)]
+)
+def test_a_grid_reaches_as_far_as_its_range(scene, cell_m, range_m, rows):
+    assert scene.top_down(cell_m, range_m).cells.shape == (rows, 2 * rows)
+    assert scene.walkable_behind_things(cell_m, range_m).cells.shape == (rows, 2 * rows)
+
+
+def test_places_follow_from_both_sides(grid):
+    x, y = centres(grid)
+    np.testing.assert_allclose(grid.places_m, np.dstack([x, y]), atol=1e-9)
+    cut = OccupancyGrid(grid.cells[:, 80:140], grid.cell_m, grid.plane)
+    np.testing.assert_allclose(cut.places_m, np.dstack(centres(cut)), atol=1e-9)
+
+
+def test_bands_of_a_large_grid_fit_together(scene, monkeypatch):
+    whole, walkable = scene.top_down(0.05, 6), scene.walkable_behind_things(0.05, 6)
+    monkeypatch.setattr("footprints_edge.navigation.occupancy_grid._BAND_CELLS", 2000)
+    np.testing.assert_array_equal(scene.top_down(0.05, 6).cells, whole.cells)
+    np.testing.assert_array_equal(scene.walkable_behind_things(0.05, 6).cells, walkable.cells)
+
+
+def test_the_largest_grid_takes_little_memory(scene):
+    scene.top_down()  # what is computed once
+    tracemalloc.start()
+    grid = scene.top_down(0.008, 0.008 * MAX_CELLS)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert grid.cells.size == 2 * MAX_CELLS**2
+    assert peak < 100e6  # beside some 100 MB of the process with its model
+
+
 def test_cells_far_behind_the_visible_surface_are_unknown(scene):
     """A wall 2 m ahead: no ground from there on; its first metre counts as the obstacle."""
     wall_m = np.float32(2.0)
@@ -260,6 +299,24 @@ def test_a_map_server_finds_every_cell_where_it_is(grid, tmp_path, hidden):
         np.testing.assert_allclose(cost[grid.cells == HIDDEN], 50, atol=1)
 
 
+@pytest.mark.parametrize("name", ["map.png", "map", "map.yaml.bak"])
+def test_a_map_is_named_as_yaml(grid, tmp_path, name):
+    with pytest.raises(OutputError, match=r"give map\.yaml"):
+        grid.save(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("there", ["map.yaml", "map.png"])
+def test_a_map_replaces_files_only_on_request(grid, tmp_path, there):
+    (tmp_path / there).write_text("mine")
+    with pytest.raises(OutputError, match=there):
+        grid.save(tmp_path / "map.yaml")
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
+    grid.save(tmp_path / "map.yaml", overwrite=True)
+    assert read_yaml((tmp_path / "map.yaml").read_text())["image"] == "map.png"
+    assert (tmp_path / "map.png").read_bytes() == grid.map_png()
+
+
 def test_another_word_for_hidden_ground_is_refused(grid, tmp_path):
     with pytest.raises(ValueError, match="hidden is 'grey'"):
         grid.save(tmp_path / "map.yaml", "grey")
@@ -286,6 +343,8 @@ def test_invalid_grids_are_refused(scene, tmp_path):
     with pytest.raises(OutputError, match="cannot write"):
         (tmp_path / "no").touch()
         OccupancyGrid(np.zeros((4, 8), np.uint8), 0.05, plane).save(tmp_path / "no" / "map.yaml")
+    with pytest.raises(OutputError, match="null"):
+        OccupancyGrid(np.zeros((4, 8), np.uint8), 0.05, plane).save("a\0.yaml")
 
 
 def test_where_walkable_ground_ends_in_view_something_is_occupied(walkable):

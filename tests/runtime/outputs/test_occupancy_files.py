@@ -7,6 +7,7 @@ import pytest
 from predictions import make_prediction
 
 from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge.navigation import occupancy_grid
 from footprints_edge.navigation.occupancy_grid import UNKNOWN
 from footprints_edge.outputs.occupancy_files import encode_occupancy_npz, encode_occupancy_ply
 
@@ -44,3 +45,18 @@ def test_the_points_are_the_known_cells():
     known = grid.cells != UNKNOWN
     np.testing.assert_allclose(cloud.vertices[:, :2], grid.places_m[known], atol=1e-5)
     np.testing.assert_allclose(cloud.vertices[:, 2], 0)
+
+
+def test_files_of_one_prediction_share_one_grid(tmp_path, monkeypatch):
+    calls = []
+    of = occupancy_grid.find_obstacles
+    monkeypatch.setattr(
+        occupancy_grid, "find_obstacles", lambda *given: calls.append(given) or of(*given)
+    )
+    prediction = floor_with_a_box()
+    formats = ["topdown", "topdown_ply", "topdown_picture"]
+    first = [path.read_bytes() for path in prediction.save(tmp_path / "a", formats, name="a")]
+    assert len(calls) == 1
+    again = floor_with_a_box().save(tmp_path / "b", formats[::-1], name="a")
+    assert len(calls) == 2
+    assert sorted(first) == sorted(path.read_bytes() for path in again)
