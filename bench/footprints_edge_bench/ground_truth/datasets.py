@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
+from typing import TypeVar
 
 from footprints_edge_bench.ground_truth.base import EvaluationDataset, GroundTruthError, Item
 from footprints_edge_bench.ground_truth.clip import is_clip, read_clip
@@ -16,6 +17,8 @@ from footprints_edge_bench.ground_truth.matterport import is_matterport_folder, 
 from footprints_edge_bench.ground_truth.panoramas import is_panorama_folder, read_panoramas
 from footprints_edge_bench.ground_truth.photos import is_photo_folder, read_photos
 from footprints_edge_bench.ground_truth.scenes import is_scene_folder, read_scenes
+
+ItemT = TypeVar("ItemT")
 
 
 @dataclass(frozen=True)
@@ -113,6 +116,10 @@ class Subset:
             from footprints_edge_models.data.splits import held_out
 
             items = tuple(held_out(dataset, items))
+        return tuple(self.of_sequence(items))
+
+    def of_sequence(self, items: Sequence[ItemT]) -> Sequence[ItemT]:
+        """The part of any sequence that this subset begins and ends with; `held_out` aside."""
         begin, end = (int(share * len(items)) for share in (self.begin, self.end))
         return items[begin : end : self.every]
 
