@@ -4,6 +4,7 @@ import typer
 
 from footprints_edge.cli.exit_codes import HELP, VersionOption
 from footprints_edge_bench.cli.accuracy import accuracy_command
+from footprints_edge_bench.cli.confidence import confidence_command
 from footprints_edge_bench.cli.flicker import flicker_command
 from footprints_edge_bench.cli.known_pose import known_pose_command
 from footprints_edge_bench.cli.label_speed import label_speed_command
@@ -37,6 +38,7 @@ app.command("planning")(planning_command)
 app.command("occupancy")(occupancy_command)
 app.command("obstacles")(obstacles_command)
 app.command("known-pose")(known_pose_command)
+app.command("confidence")(confidence_command)
 app.command("flicker")(flicker_command)
 app.command("video")(video_command)
 app.command("latency")(latency_command)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
+from typing import TypeVar
 
 from footprints_edge_bench.ground_truth.base import EvaluationDataset, GroundTruthError, Item
 from footprints_edge_bench.ground_truth.clip import is_clip, read_clip
@@ -20,6 +21,8 @@ from footprints_edge_bench.ground_truth.scenes import (
     read_scenes,
     views_of_scenes,
 )
+
+ItemT = TypeVar("ItemT")
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,10 @@ class Subset:
             from footprints_edge_models.data.splits import held_out
 
             items = tuple(held_out(dataset, items, views))
+        return tuple(self.of_sequence(items))
+
+    def of_sequence(self, items: Sequence[ItemT]) -> Sequence[ItemT]:
+        """The part of any sequence that this subset begins and ends with; `held_out` aside."""
         begin, end = (int(share * len(items)) for share in (self.begin, self.end))
         return items[begin : end : self.every]
 

@@ -50,7 +50,7 @@ def infer_images(
             reason = f"{type(error).__name__}: {error}"
             batch.failures.append(f"{task.source.label} cannot be processed: {reason}")
         else:
-            batch.notes += prediction.picture.notes
+            batch.notes += prediction.notes
         progress.clear()
         if not (warning or quiet) and (warning := lens_warning(lens)):
             complain(warning)

@@ -13,6 +13,11 @@ def lens_note(source: IntrinsicsSource) -> str:
     return "rectified picture" if source == "rectified" else ""
 
 
+def picture_note(source: IntrinsicsSource, *, shows_ground: bool) -> str:
+    """What the legend says: `lens_note`, or that there is no ground."""
+    return lens_note(source) if shows_ground else "no ground found"
+
+
 def with_note(picture: Image.Image, note: str) -> Image.Image:
     """The picture with a line of text below; the picture itself if there is none."""
     if not note:

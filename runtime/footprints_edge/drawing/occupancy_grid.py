@@ -91,12 +91,22 @@ def colours_of_cells(
 
 
 def draw_bev(prediction: GroundMaps, height_px: int) -> Image.Image:
-    """Draws a square bird's-eye view of `BEV_RANGE_M`; empty if there is no ground plane."""
+    """Draws a square bird's-eye view of `BEV_RANGE_M`; empty if there is no plane, and says so."""
     try:
         cells = make_occupancy_grid(prediction, _BEV_CELL_M, BEV_RANGE_M).cells
     except GroundPlaneError:
         rows = round(BEV_RANGE_M / _BEV_CELL_M)
         cells = np.full((rows, 2 * rows), UNKNOWN, np.uint8)
+        empty = draw_occupancy_grid(cells, _BEV_CELL_M, height_px, square=True)
+        letter_px = max(10, height_px // 24)
+        ImageDraw.Draw(empty).text(
+            (empty.width / 2, empty.height / 4),
+            "no ground plane: no map" if prediction.shows_ground else "no ground found: no map",
+            WHITE,
+            ImageFont.load_default(letter_px),
+            anchor="mm",
+        )
+        return empty
     return draw_occupancy_grid(cells, _BEV_CELL_M, height_px, square=True)
 
 

@@ -13,7 +13,7 @@ from footprints_edge.drawing.blending import (
     paint,
 )
 from footprints_edge.drawing.colormap import FARTHEST_M, colour_scale, scale_position
-from footprints_edge.drawing.notes import lens_note
+from footprints_edge.drawing.notes import picture_note
 from footprints_edge.drawing.style import FAINT, PAPER, TINT, WHITE
 from footprints_edge.foundation.png import encode_png
 from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
@@ -48,7 +48,8 @@ def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
     """Draws a prediction on its picture.
 
     Visible ground is tinted and hidden ground hatched in the colour of its distance, both
-    outlined; thin lines mark round distances. The legend is a strip below the picture.
+    outlined; thin lines mark round distances. The legend is a strip below the picture. Where the
+    picture shows no ground, nothing is drawn, and the legend says so.
 
     Args:
         prediction: The prediction to draw.
@@ -66,8 +67,9 @@ def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
     # Isolines follow every ripple of a depth; smoothed inverse depth gives legible ones.
     inverse_depth = np.reciprocal(prediction.unmasked_ground_depth_m)
     smooth = resize_map(_smooth(inverse_depth), size)
+    shown = prediction.shows_ground
     visible, ground = (
-        resize_map(probability, size) > prediction.threshold
+        (resize_map(probability, size) > prediction.threshold) & shown
         for probability in (prediction.visible_ground_probability, prediction.ground_probability)
     )
     pixels = np.array(photo)
@@ -77,7 +79,9 @@ def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
     picture = Image.fromarray(pixels)
     _label_isolines(picture, smooth, ground | visible)
     legend = draw_legend(
-        max(picture.width, LEGEND_PX), picture.height, note=lens_note(prediction.intrinsics.source)
+        max(picture.width, LEGEND_PX),
+        picture.height,
+        note=picture_note(prediction.intrinsics.source, shows_ground=shown),
     )
     drawn = _stacked(picture, legend)
     if not bev:

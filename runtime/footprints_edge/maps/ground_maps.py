@@ -1,5 +1,6 @@
 """The data of a prediction: four maps, with their masks, camera and picture."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -15,6 +16,7 @@ from footprints_edge.geometry.camera_pose import CameraPose
 from footprints_edge.geometry.ground_plane import GroundPlane, find_ground_plane
 from footprints_edge.geometry.obstacle_heights import ROBOT_HEIGHT_M
 from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.maps.confidence import Confidence, curves, ground_inputs, metres_inputs
 from footprints_edge.maps.decode import DecodedMaps
 from footprints_edge.maps.resize import resize_depth, resize_map
 
@@ -158,17 +160,66 @@ class GroundMaps:
         return np.where(self.ground, self.unmasked_ground_depth_m, np.float32(np.nan))
 
     @cached_property
-    def _ground_plane(self) -> GroundPlane:
+    def _plane_or_reason(self) -> GroundPlane | str:
+        """The plane, or why there is none."""
         if self.laid_onto is not None:
             return self.laid_onto
         if self.picture.panorama and self.intrinsics.source == "assumed":
-            raise GroundPlaneError(
+            return (
                 "the picture is a panorama, which no pinhole camera takes; cut a view out of it, "
                 "or give the camera"
             )
-        return find_ground_plane(
-            self.unmasked_ground_depth_m, self.ground, self.intrinsics, self.pose
-        )
+        if not (self.shows_ground or self.pose.everything):
+            return (
+                f"the picture shows no ground, with a confidence of {self._ground_confidence:.0%} "
+                "that it does; use a picture that shows some, or give the camera's height, pitch "
+                "and roll"
+            )
+        try:
+            return find_ground_plane(
+                self.unmasked_ground_depth_m, self.ground, self.intrinsics, self.pose
+            )
+        except GroundPlaneError as error:
+            return str(error)
+
+    @cached_property
+    def _ground_confidence(self) -> float:
+        return curves().ground.at(ground_inputs(self.ground_probability))
+
+    @property
+    def shows_ground(self) -> bool:
+        """Whether the picture shows ground: without, there is no plane, and nothing is drawn.
+
+        The masks stay those of the network, thresholded.
+        """
+        return self._ground_confidence >= curves().least_ground
+
+    @cached_property
+    def confidence(self) -> Confidence:
+        """How far to believe this: that there is ground, and its metres.
+
+        Raises:
+            MissingMapError: If the model file lacks masks or depths.
+        """
+        plane = self._plane_or_reason
+        metres = math.nan
+        if self.pose.everything:
+            metres = 1.0
+        elif isinstance(plane, GroundPlane):
+            inputs = metres_inputs(
+                plane, self.visible_depth_m, self.visible_ground, self.intrinsics
+            )
+            metres = curves().metres.at(inputs)
+        return Confidence(self._ground_confidence, metres)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is odd with the picture's file, and that it shows no ground."""
+        if not self.has("ground_probability") or self.shows_ground:
+            return self.picture.notes
+        name = self.name or "the picture"
+        found = f"{name}: no ground found, with a confidence of {self._ground_confidence:.0%}"
+        return (*self.picture.notes, found)
 
     def ground_plane(self) -> GroundPlane:
         """The plane of the ground, with the camera's height and pitch above it.
@@ -177,10 +228,13 @@ class GroundMaps:
         plane is exact.
 
         Raises:
-            GroundPlaneError: If there is too little ground to fit a plane, if the ground is not
-                flat, or if the plane cannot be the ground.
+            GroundPlaneError: If the picture shows no ground, or too little to fit a plane, if the
+                ground is not flat, or if the plane cannot be the ground.
         """
-        return self._ground_plane
+        plane = self._plane_or_reason
+        if isinstance(plane, str):
+            raise GroundPlaneError(plane)
+        return plane
 
     @property
     def map_size(self) -> Size:

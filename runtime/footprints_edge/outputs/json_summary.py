@@ -1,5 +1,6 @@
 """The summary of a prediction, which is the content of the `json` output."""
 
+import math
 from contextlib import suppress
 from typing import Any
 
@@ -58,6 +59,8 @@ def summarise(prediction: GroundMaps) -> dict[str, Any]:
             "error_m": plane.error_m,
             "known": [name for name, value in known.items() if value is not None],
         },
+        "confidence": _confidence(prediction),
+        "notes": list(prediction.notes),
         "nearest_obstacle_m": obstacle_m,
         "nearest_obstacle_bearing_deg": bearing_deg,
         "robot_height_m": float(prediction.robot_height_m),
@@ -85,8 +88,21 @@ def summarise(prediction: GroundMaps) -> dict[str, Any]:
             "ground_plane": "degrees: pitch down, roll with the right side down; error is a median",
             "nearest_obstacle_m": "metres on the ground from the point below the camera; bearing "
             "in degrees, left positive; null: none is seen, or there is no ground plane",
+            "confidence": "probabilities: that the picture shows ground, that its metres are right "
+            "within a quarter; null: no ground plane, or a map is missing",
             "maps": "the npz, png16 and ply outputs have map_size_px, the overlay the image's",
         },
+    }
+
+
+def _confidence(prediction: GroundMaps) -> dict[str, float | None]:
+    try:
+        found = prediction.confidence
+    except MissingMapError:
+        return {"ground": None, "metres": None}
+    return {
+        "ground": round(found.ground, 3),
+        "metres": None if math.isnan(found.metres) else round(found.metres, 3),
     }
 
 

@@ -35,7 +35,7 @@ def encode_ply(prediction: GroundMaps) -> bytes:
         prediction.picture.at_least(enough_for(prediction.map_size)), prediction.map_size
     )[0]
     ground = backproject(prediction.unmasked_ground_depth_m, prediction.intrinsics)
-    hidden = ground[prediction.hidden_ground]
+    hidden = ground[prediction.hidden_ground & prediction.shows_ground]
     vertices = np.concatenate(
         [
             coloured_points(seen.reshape(-1, 3), colours.reshape(-1, 3), layer=0),

@@ -3,7 +3,7 @@
 import numpy as np
 
 from footprints_edge.drawing.colormap import colour_scale, scale_position
-from footprints_edge.drawing.notes import lens_note
+from footprints_edge.drawing.notes import picture_note
 from footprints_edge.drawing.occupancy_grid import draw_bev
 from footprints_edge.drawing.overlay import LEGEND_PX, draw_legend
 from footprints_edge.drawing.style import (
@@ -16,6 +16,7 @@ from footprints_edge.drawing.style import (
 )
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Rgb, Size
+from footprints_edge.geometry.camera import IntrinsicsSource
 from footprints_edge.maps.ground_maps import GroundMaps
 
 _STRIPE, _SHADE = 0.9, 0.5
@@ -38,6 +39,7 @@ class VideoOverlay:
         self._bev = bev
         self._size: Size | None = None
         self._stripes: Rgb = np.zeros((0, 0), np.uint8)
+        self._legends: dict[bool, Rgb] = {}
         self._canvas: Rgb = np.zeros((0, 0, 3), np.uint8)
         self._rows = 0
         self._colours = np.ascontiguousarray(colour_scale()[:, None, ::-1])
@@ -51,11 +53,12 @@ class VideoOverlay:
         cv2 = self._cv2
         size = prediction.image_size
         if size != self._size:
-            self._prepare(size, lens_note(prediction.intrinsics.source))
+            self._prepare(size, prediction.intrinsics.source)
+        shown = prediction.shows_ground
         photo = cv2.cvtColor(prediction.rgb, cv2.COLOR_RGB2BGR)
         at_size = {"dsize": size[::-1], "interpolation": cv2.INTER_LINEAR}
         visible, ground = (
-            (cv2.resize(probability, **at_size) > prediction.threshold).astype(np.uint8)
+            ((cv2.resize(probability, **at_size) > prediction.threshold) & shown).astype(np.uint8)
             for probability in (
                 prediction.visible_ground_probability,
                 prediction.ground_probability,
@@ -79,7 +82,7 @@ class VideoOverlay:
             cv2.drawContours(drawn, edges, -1, WHITE, thickness, cv2.LINE_AA)
         return self._composed(drawn, prediction)
 
-    def _prepare(self, size: Size, note: str) -> None:
+    def _prepare(self, size: Size, source: IntrinsicsSource) -> None:
         height, width = size
         self._size = size
         pen_px = max(1.0, max(size) / 700)
@@ -87,13 +90,21 @@ class VideoOverlay:
         self._stripes = diagonal_stripes(
             size, HATCH_PERIOD * along_row, HATCH_STRIPE * along_row
         ).astype(np.uint8)
-        legend = np.asarray(draw_legend(max(width, LEGEND_PX), height, note))[..., ::-1]
+        # a blank line keeps frames that show no ground as high as the others
+        self._legends = {
+            shown: np.asarray(
+                draw_legend(
+                    max(width, LEGEND_PX), height, picture_note(source, shows_ground=shown) or " "
+                )
+            )[..., ::-1]
+            for shown in (True, False)
+        }
+        legend = self._legends[True]
         self._rows = rows = height + legend.shape[0]
         columns = max(width, legend.shape[1])
         all_columns = columns + (rows if self._bev else 0)
         self._canvas = np.empty((rows + rows % 2, all_columns + all_columns % 2, 3), np.uint8)
         self._canvas[:] = PAPER[::-1]
-        self._canvas[height:rows, : legend.shape[1]] = legend
 
     def _composed(self, drawn: Rgb, prediction: GroundMaps) -> Rgb:
         """Adds the legend below the drawn frame, and the bird's-eye view beside it."""
@@ -101,6 +112,8 @@ class VideoOverlay:
         canvas = self._canvas.copy()
         left = (max(width, LEGEND_PX) - width) // 2
         canvas[:height, left : left + width] = drawn
+        legend = self._legends[prediction.shows_ground]
+        canvas[height : self._rows, : legend.shape[1]] = legend
         if self._bev:
             bev = np.asarray(draw_bev(prediction, self._rows))[..., ::-1]
             columns = max(width, LEGEND_PX)

@@ -24,6 +24,8 @@ _PER_FRAME_KEYS = (
     "ground_fraction",
     "ground_distance_m",
     "ground_plane",
+    "confidence",
+    "notes",
     "nearest_obstacle_m",
     "nearest_obstacle_bearing_deg",
     "timings_ms",

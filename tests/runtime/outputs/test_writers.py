@@ -34,12 +34,14 @@ def test_the_files_and_their_order(tiny, picture, tmp_path):
 def test_npz_holds_the_prediction(saved):
     prediction, folder = saved
     with np.load(folder / "a.jpg.npz") as arrays:
-        for name in set(arrays) - {"image_size", "intrinsics"}:
+        for name in set(arrays) - {"image_size", "intrinsics", "confidence"}:
             expected = getattr(prediction, name)
             np.testing.assert_array_equal(arrays[name], expected)
             assert arrays[name].dtype == expected.dtype
-        assert len(set(arrays)) == 9
+        assert len(set(arrays)) == 10
         assert tuple(arrays["image_size"]) == (60, 100)
+        confidence = prediction.confidence
+        np.testing.assert_array_equal(arrays["confidence"], [confidence.ground, confidence.metres])
         camera = prediction.intrinsics
         np.testing.assert_array_equal(
             arrays["intrinsics"], [camera.fx, camera.fy, camera.cx, camera.cy]

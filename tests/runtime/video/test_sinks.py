@@ -10,6 +10,7 @@ from videos import indices_of
 from footprints_edge.errors import OutputError
 from footprints_edge.video.capture import VideoFrame, open_video
 from footprints_edge.video.file import VideoFile
+from footprints_edge.video.overlay import VideoOverlay
 from footprints_edge.video.sinks import SUFFIXES, open_sinks, video_paths
 
 pytest.importorskip("cv2")
@@ -68,6 +69,37 @@ def test_the_overlay_has_a_frame_for_each_prediction(tmp_path, bev):
     first = next(open_video(str(path)).frames).rgb
     assert first.shape[0] > SIZE[0]  # the legend
     assert (first.shape[1] > 300) == bev
+
+
+def without_ground(index):
+    """A frame of which the network is not sure that it shows any ground."""
+    seen = prediction_of(index)
+    return seen.with_maps(ground_probability=0.6 * seen.ground_probability)
+
+
+def test_each_frame_says_whether_it_shows_ground(tmp_path):
+    path = tmp_path / "a.jsonl"
+    (sink,) = open_sinks({"json": path}, 10.0)
+    for index, prediction in enumerate([prediction_of(0), without_ground(1), prediction_of(2)]):
+        sink.write(frame(index), prediction)
+    sink.close("whole")
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    assert [bool(line["notes"]) for line in lines] == [False, True, False]
+    assert [line["ground_plane"] is None for line in lines] == [False, True, False]
+    assert [line["confidence"]["ground"] > 0.5 for line in lines] == [True, False, True]
+
+
+def test_frames_without_ground_are_drawn_bare_with_another_legend():
+    overlay = VideoOverlay(bev=True)
+    seen = overlay.draw(prediction_of(0))
+    none = overlay.draw(without_ground(0))
+    again = overlay.draw(prediction_of(0))
+    assert seen.shape == none.shape == again.shape
+    np.testing.assert_array_equal(seen, again)
+    left = (300 - SIZE[1]) // 2
+    assert (none[: SIZE[0], left : left + SIZE[1]] == 20).all()
+    assert not (seen[: SIZE[0], left : left + SIZE[1]] == 20).all()
+    assert (none[SIZE[0] :] != seen[SIZE[0] :]).any()  # no ground found
 
 
 @pytest.mark.parametrize(
