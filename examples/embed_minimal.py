@@ -17,7 +17,6 @@ from PIL import Image, ImageOps
 os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
 import onnxruntime
 
-FILTERS = {"lanczos": Image.Resampling.LANCZOS, "bilinear": Image.Resampling.BILINEAR}
 
 
 def find_ground(image: Image.Image, fx: float, fy: float, size: tuple[int, int]) -> dict[str, Any]:
@@ -28,7 +27,8 @@ def find_ground(image: Image.Image, fx: float, fy: float, size: tuple[int, int])
     (h, w), (W, H) = size, image.size
     focal = math.sqrt(fx * w / W * fy * h / H)
     scale = 1 if camera == "none" else focal / float(camera.removeprefix("focal_px="))
-    x = np.asarray(image.resize((w, h), FILTERS[facts["footprints.resize"]]))[None]
+    filter = Image.Resampling[facts["footprints.resize"].upper()]
+    x = np.asarray(image.resize((w, h), filter))[None]
     (maps,) = session.run(["maps"], {"image": x})
     visible, ground = maps[0, :2] > 0.5
     visible_m, ground_m = scale / (1 / far + (1 / near - 1 / far) * maps[0, 2:])

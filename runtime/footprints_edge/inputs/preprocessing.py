@@ -17,8 +17,12 @@ STRIDE = 32
 BUDGET_PX = 256 * 448
 """Target number of input pixels, for pictures of any shape."""
 
-FILTERS = {"lanczos": Image.Resampling.LANCZOS, "bilinear": Image.Resampling.BILINEAR}
-"""Resize filters that a model's metadata may name; both antialias."""
+FILTERS = {
+    "lanczos": Image.Resampling.LANCZOS,
+    "hamming": Image.Resampling.HAMMING,
+    "bilinear": Image.Resampling.BILINEAR,
+}
+"""Resize filters that a model's metadata may name; all antialias."""
 
 FILTER = "lanczos"
 """The filter of the networks trained here, in training too."""

@@ -41,7 +41,11 @@ def test_usual_shapes_are_squeezed_by_little_and_use_the_budget(aspect):
 
 @pytest.mark.parametrize(
     ("name", "resampling"),
-    [("lanczos", Image.Resampling.LANCZOS), ("bilinear", Image.Resampling.BILINEAR)],
+    [
+        ("lanczos", Image.Resampling.LANCZOS),
+        ("hamming", Image.Resampling.HAMMING),
+        ("bilinear", Image.Resampling.BILINEAR),
+    ],
 )
 def test_preprocessing_is_pillows_resize(name, resampling):
     rgb = np.random.default_rng(0).integers(0, 256, (97, 131, 3), np.uint8)
@@ -51,6 +55,28 @@ def test_preprocessing_is_pillows_resize(name, resampling):
     np.testing.assert_array_equal(
         result[0], np.asarray(Image.fromarray(rgb).resize((96, 64), resampling))
     )
+
+
+def hamming(t):
+    t = np.minimum(np.abs(t), 1)  # its own value at 1 is 0
+    return np.sinc(t) * (0.54 + 0.46 * np.cos(np.pi * t))
+
+
+@pytest.mark.parametrize("size", [(64, 96), (120, 150)])
+def test_hamming_is_the_formula_of_the_documentation(size):
+    """docs/porting.md: along x, then along y, each rounded to bytes."""
+    rgb = np.random.default_rng(0).integers(0, 256, (97, 131, 3), np.uint8)
+    expected = rgb
+    for axis, out in ((1, size[1]), (0, size[0])):
+        scale = rgb.shape[axis] / out
+        centre, j = (np.arange(out)[:, None] + 0.5) * scale, np.arange(rgb.shape[axis])
+        weight = hamming((j + 0.5 - centre) / max(scale, 1))
+        weight /= weight.sum(1, keepdims=True)
+        expected = np.moveaxis(np.tensordot(weight, expected, (1, axis)), 0, axis)
+        expected = np.clip(np.floor(expected + 0.5), 0, 255)
+    off = np.abs(preprocess(rgb, size, "hamming")[0] - expected)
+    assert off.max() <= 1
+    assert off.mean() < 1e-3
 
 
 @pytest.mark.parametrize("name", FILTERS)
