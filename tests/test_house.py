@@ -74,6 +74,7 @@ ORDER = {
         "temporal",
         "model_files",
         "engines",
+        "peers",
         "latency",
         "passes",
         "cli",
