@@ -18,7 +18,6 @@ os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
 import onnxruntime
 
 
-
 def find_ground(image: Image.Image, fx: float, fy: float, size: tuple[int, int]) -> dict[str, Any]:
     """Maps of an RGB picture at (h, w); fx and fy are the camera's, in the picture's pixels."""
     facts = session.get_modelmeta().custom_metadata_map

@@ -3,7 +3,7 @@ import pytest
 
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.geometry.camera import Intrinsics, backproject
-from footprints_edge.geometry.ground_plane import fit_ground_plane
+from footprints_edge.geometry.ground_plane import _least_middle, _median, fit_ground_plane
 
 SIZE = (96, 128)
 CAMERA = Intrinsics(100, 105, 63.0, 40.0)
@@ -89,3 +89,18 @@ def test_ground_without_a_plane_is_explained():
         fit_ground_plane(depth_m, row, CAMERA)
     with pytest.raises(GroundPlaneError, match="above the camera"):
         fit_ground_plane(depth_m[::-1], np.isfinite(depth_m[::-1]), Intrinsics(100, 105, 63, 55))
+
+
+@pytest.mark.parametrize("count", [20, 599, 600])
+def test_the_row_with_the_least_middle_is_the_one_that_sorting_finds(count):
+    rng = np.random.default_rng(count)
+    for levels in (4, 10**6):  # many ties, and none
+        rows = rng.integers(levels, size=(150, count)).astype(np.float32)
+        assert _least_middle(rows) == np.sort(rows, 1)[:, count // 2].argmin()
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("count", [1, 2, 7, 800])
+def test_the_median_is_numpys_to_the_bit(count, dtype):
+    values = np.random.default_rng(count).normal(size=count).astype(dtype)
+    assert _median(values) == np.median(values)
