@@ -5,10 +5,12 @@ a band goes to a waiting thread in some ten microseconds.
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
 from typing import TypeVar
+
+from footprints_edge.foundation.cores import usable_cores
 
 ResultT = TypeVar("ResultT")
 
@@ -49,6 +51,19 @@ def on_bands(work: Callable[[slice], ResultT], slices: list[slice]) -> list[Resu
     first, *others = slices
     futures = [_pool(len(others)).submit(work, each) for each in others] if others else []
     return [work(first), *(future.result() for future in futures)]
+
+
+def at_once(works: Iterable[Callable[[], ResultT]]) -> list[ResultT]:
+    """The results of functions, in order, computed on all cores that this process may use."""
+    each = list(works)
+    threads = min(usable_cores(), len(each)) or 1
+    shares = [slice(first, None, threads) for first in range(threads)]
+    found: list[ResultT] = [None] * len(each)  # type: ignore[list-item] - filled below
+    for share, results in zip(
+        shares, on_bands(lambda share: [work() for work in each[share]], shares), strict=True
+    ):
+        found[share] = results
+    return found
 
 
 def _pool(threads: int) -> ThreadPoolExecutor:

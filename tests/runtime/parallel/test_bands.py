@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from footprints_edge.parallel.bands import bands, on_bands
+from footprints_edge.parallel.bands import at_once, bands, on_bands
 
 
 @given(st.integers(1, 500), st.integers(1, 9), st.integers(1, 7))
@@ -48,3 +48,8 @@ def test_a_forked_process_starts_threads_of_its_own():
         os.waitpid(child, 0)
         pytest.fail("the forked process waits for threads that it does not have")
     assert status == 0
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 7])
+def test_functions_at_once_give_their_results_in_order(count):
+    assert at_once([lambda i=i: i for i in range(count)]) == list(range(count))
