@@ -76,6 +76,7 @@ ORDER = {
         "temporal",
         "model_files",
         "engines",
+        "peers",
         "latency",
         "passes",
         "cli",
@@ -165,6 +166,7 @@ def test_the_runtime_imports_none_of_the_others_nor_what_they_need():
     ("library", "file"),
     [
         ("onnxruntime", "engines/onnxruntime_engine"),
+        ("av", "video/encoders"),
         ("cv2", "foundation/opencv"),
         ("ray", "parallel/on_ray"),
     ],

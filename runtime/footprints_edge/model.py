@@ -28,7 +28,7 @@ from footprints_edge.maps.decode import decode_maps
 from footprints_edge.maps.ground_maps import ModelInfo
 from footprints_edge.model_files import registry
 from footprints_edge.model_files.metadata import ModelMetadata
-from footprints_edge.prediction import Prediction
+from footprints_edge.prediction import FlattenedWhenRead, Prediction
 
 if TYPE_CHECKING:
     from footprints_edge.parallel.in_order import PredictionIterator
@@ -168,7 +168,7 @@ class Model:
             decoded, intrinsics = intrinsics.rectified(decoded)
         times.append(perf_counter())
         size = self.input_size(decoded.size)
-        network_input = preprocess(decoded.pixels, size, self.metadata.resize)
+        network_input = preprocess(decoded.pixels, size, self.metadata.resize, self.engine.threads)
         times.append(perf_counter())
         maps = self.engine.run(network_input)
         times.append(perf_counter())
@@ -185,7 +185,7 @@ class Model:
             robot_height_m=robot_height_m,
         )
         if flatten:
-            prediction = prediction.flattened()
+            prediction = FlattenedWhenRead.of(prediction)
         times.append(perf_counter())
         stages = ("decode", "preprocess", "inference", "postprocess")
         timings_ms |= {

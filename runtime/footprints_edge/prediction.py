@@ -2,12 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from footprints_edge.maps.decode import DecodedMaps
 from footprints_edge.maps.ground_maps import GroundMaps
 
 if TYPE_CHECKING:
+    from footprints_edge.foundation.types import Floats
+    from footprints_edge.geometry.ground_plane import GroundPlane
     from footprints_edge.navigation.occupancy_grid import OccupancyGrid
     from footprints_edge.navigation.path_planning import GroundPath
     from footprints_edge.navigation.range_scan import RangeScan
@@ -173,3 +177,50 @@ class Prediction(GroundMaps):
         from footprints_edge.outputs.writers import save
 
         return save(self, Path(folder), formats, name=name, overwrite=overwrite)
+
+
+class FlattenedWhenRead(Prediction):
+    """The flattened prediction, made when the ground's depth or plane is first read.
+
+    Who asks for masks or the visible depth only does not wait for it. What copies the fields, as
+    `dataclasses.replace` does, reads them, and gets an ordinary one.
+    """
+
+    @classmethod
+    def of(cls, plain: Prediction) -> "FlattenedWhenRead":
+        """What `plain.flattened()` is, later."""
+        made = object.__new__(cls)
+        vars(made).update(vars(plain), _plain=plain)
+        for name in ("maps", "laid_onto"):
+            del vars(made)[name]
+        return made
+
+    @cached_property
+    def _flattened(self) -> Prediction:
+        plain: Prediction = vars(self)["_plain"]
+        return plain.flattened()
+
+    @cached_property
+    def maps(self) -> DecodedMaps:  # type: ignore[override] - frozen, so none is assigned
+        """The four maps."""
+        return self._flattened.maps
+
+    @cached_property
+    def laid_onto(self) -> "GroundPlane | None":  # type: ignore[override]
+        """The plane that the ground's depth was snapped to."""
+        return self._flattened.laid_onto
+
+    def flattened(self) -> Prediction:
+        """The prediction itself."""
+        return self if "_plain" in vars(self) else super().flattened()
+
+    def has(self, name: str) -> bool:
+        """Whether the model file has this map."""
+        plain: Prediction | None = vars(self).get("_plain")
+        return super().has(name) if plain is None else plain.has(name)
+
+    def _map(self, name: str) -> "Floats":
+        plain: Prediction | None = vars(self).get("_plain")
+        if plain is None or name == "unmasked_ground_depth_m":
+            return super()._map(name)
+        return plain._map(name)

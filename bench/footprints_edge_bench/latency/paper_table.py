@@ -1,4 +1,4 @@
-"""The paper's speed table: its four rows as printed, and our rows measured at each preset."""
+"""The paper's speed table: its four rows as printed, and ours and its peers measured here."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -17,9 +17,11 @@ from footprints_edge_bench.engines.open_backend import as_frame, open_backend
 from footprints_edge_bench.foundation.markdown import markdown_table
 from footprints_edge_bench.latency.backends import PRESETS, LatencyError
 from footprints_edge_bench.latency.machine import Machine
+from footprints_edge_bench.latency.peer_rows import PEERS, PeerRow, time_peers
 from footprints_edge_bench.latency.timing import measure
 from footprints_edge_bench.model_files.model_cache import EDGE, REFERENCE
 from footprints_edge_bench.model_files.synthetic_photos import synthetic_jpeg
+from footprints_edge_bench.peers.peer import Peer
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,9 @@ OURS = (
 )
 """Network, engine and precision of each of our rows."""
 
+PEER_TRIALS = 5
+"""Timed frames of each peer at most: each takes seconds."""
+
 
 @dataclass(frozen=True)
 class OurRow:
@@ -87,6 +92,7 @@ class SpeedTable:
     """The table and the conditions of the measurement."""
 
     rows: tuple[OurRow, ...]
+    peers: tuple[PeerRow, ...]
     threads: int
     trials: int
     machine: Machine
@@ -116,8 +122,12 @@ class SpeedTable:
         ]
         columns = ["method", "size", "measured", "preprocessing (s)", "inference (s)"]
         parts = [markdown_table(columns, [*paper, *ours], left=3)]
-        if missing := [row for row in self.rows if row.reason]:
-            lines = (f"- {row.backend.name}: {row.reason}" for row in missing)
+        if self.peers:
+            parts.append(self._peers_as_markdown())
+        missing = [(row.backend.name, row.reason) for row in self.rows if row.reason]
+        missing += [(f"{row.method}, {row.engine}", row.reason) for row in self.peers if row.reason]
+        if missing:
+            lines = (f"- {name}: {reason}" for name, reason in missing)
             parts.append("\n".join(["Not run:", "", *lines]))
         parts.append(
             f"Batch of one, {self.threads} thread(s), medians of {self.trials} rounds in turns. "
@@ -127,21 +137,60 @@ class SpeedTable:
         )
         return "\n\n".join(parts) + "\n"
 
+    def _peers_as_markdown(self) -> str:
+        """Networks of the peers' shape here, beside the paper's figure and our fastest row."""
+        paper_s = {row.method: (row.preprocessing_s or 0) + row.inference_s for row in PAPER}
+        ours = [(row.inference_s, row) for row in self.rows if row.inference_s is not None]
+        fastest_s, fastest = min(ours, key=lambda each: each[0], default=(None, None))
+        rows = []
+        for row in self.peers:
+            if row.preprocessing_s is None or row.inference_s is None:
+                continue
+            here_s = row.preprocessing_s + row.inference_s
+            times = "-" if fastest_s is None else f"{row.inference_s / fastest_s:.0f}"
+            rows.append(
+                [
+                    f"{row.method}, in {row.engine}",
+                    _s(row.preprocessing_s),
+                    _s(row.inference_s),
+                    _s(paper_s[row.method]),
+                    f"{here_s / paper_s[row.method]:.2f}",
+                    times,
+                ]
+            )
+        ours_name = "our fastest" if fastest is None else fastest.backend.name
+        columns = [
+            *("network of the shape of", "preprocessing here (s)", "inference here (s)"),
+            *("both in the paper (s)", "here / paper", f"inference / that of {ours_name}"),
+        ]
+        left_out = {row.method: row.leaves_out for row in self.peers}
+        lines = (f"- {method}: {what}." for method, what in left_out.items())
+        return "\n\n".join(
+            [
+                "Networks of the peers' shape, with random weights, in float32 on this machine:",
+                markdown_table(columns, rows, left=1),
+                "What each leaves out:",
+                "\n".join(lines),
+            ]
+        )
+
 
 def speed_table(
     setting: BackendSetting,
     machine: Machine,
     trials: int,
     presets: Sequence[str] = tuple(PRESETS),
+    peers: Sequence[Callable[[], Peer]] = PEERS,
     progress: Callable[[str], None] | None = None,
 ) -> SpeedTable:
-    """Measures our rows: those of one preset in turns, one preset after the other.
+    """Measures our rows, those of one preset in turns, one preset after the other; then the peers.
 
     Args:
         setting: how the networks are run.
         machine: facts about the machine, from before the run.
         trials: timed frames of each.
         presets: keys of ``PRESETS``.
+        peers: make the peers, see ``PEERS``; at most ``PEER_TRIALS`` frames of each.
         progress: called with the name of a row after each of its trials.
 
     Raises:
@@ -153,7 +202,8 @@ def speed_table(
     rows: list[OurRow] = []
     for preset in presets:
         rows += _measure_preset(preset, setting, trials, progress)
-    return SpeedTable(tuple(rows), setting.threads, trials, machine)
+    beside = time_peers(peers, setting.threads, min(trials, PEER_TRIALS), progress)
+    return SpeedTable(tuple(rows), tuple(beside), setting.threads, trials, machine)
 
 
 def _measure_preset(

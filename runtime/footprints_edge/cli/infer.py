@@ -232,11 +232,14 @@ def infer(
         resolve(model)  # report a wrong name even if there is nothing to do
         if batch.tasks:
             from footprints_edge.cli.infer_images import infer_images
+            from footprints_edge.foundation.cores import usable_cores
             from footprints_edge.model import load
 
-            loaded = load(model, threads=threads, providers=providers or None, engine=engine)
+            at_once = min(threads or usable_cores(), len(batch.tasks))
+            one_each = 1 if at_once > 1 else threads
+            loaded = load(model, threads=one_each, providers=providers or None, engine=engine)
             predict = partial(loaded.predict, **how)
-            infer_images(batch, predict, quiet=quiet, verbose=verbose)
+            infer_images(batch, predict, at_once=at_once, quiet=quiet, verbose=verbose)
             del loaded, predict
         if videos:
             from footprints_edge.cli.infer_video import VideoOptions, infer_videos

@@ -1,6 +1,8 @@
 """The part of `fp-infer` for pictures."""
 
 import sys
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +13,7 @@ from footprints_edge.cli.progress import ProgressLine, bar
 from footprints_edge.errors import FootprintsError, ImageError, ModelError
 from footprints_edge.inputs.images import MAX_BYTES
 from footprints_edge.outputs.writers import write
+from footprints_edge.parallel.in_order import PredictionIterator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,47 +21,99 @@ if TYPE_CHECKING:
     from footprints_edge.inputs.images import ImageSource
     from footprints_edge.prediction import Prediction
 
+_FINISHING_S = 5.0
+"""How long pictures that are being worked on may still take after Ctrl-C."""
+
+
+@dataclass
+class _Outcome:
+    """What became of one picture.
+
+    Attributes:
+        written: The files written.
+        notes: What is wrong with the picture, though it could be read.
+        lens: Source of the camera; empty if there is no prediction.
+        line: Summary for the user, if wanted.
+        failure: Why it failed; empty if it did not.
+        model_failed: Whether that is because of the model.
+    """
+
+    written: list[Path] = field(default_factory=list)
+    notes: tuple[str, ...] = ()
+    lens: str = ""
+    line: str = ""
+    failure: str = ""
+    model_failed: bool = False
+
 
 def infer_images(
     batch: Batch,
     predict: "Callable[[ImageSource], Prediction]",
     *,
+    at_once: int,
     quiet: bool,
     verbose: bool,
 ) -> None:
-    """Runs the tasks of a batch and prints the files written.
+    """Runs the tasks of a batch and prints the files written, in the order of the pictures.
 
-    A picture that fails is added to the batch's failures and does not stop the others.
+    A picture that fails is added to the batch's failures and does not stop the others. After
+    Ctrl-C, those that are being worked on may still be finished.
+
+    Args:
+        batch: The tasks.
+        predict: Finds the ground in a picture; called from `at_once` threads.
+        at_once: Pictures to read, predict and write at a time. If it is more than 1, the model is
+            best loaded with one thread.
+        quiet: Whether to print results and errors only.
+        verbose: Whether to print a line for each picture.
     """
     progress = ProgressLine(shown=len(batch.tasks) > 1 and not quiet)
     warning = ""
-    for done, task in enumerate(batch.tasks):
-        progress.show(bar(done, len(batch.tasks), task.source.label))
-        written: list[Path] = []
-        lens = ""
-        try:
-            prediction = predict(task.source.path or _standard_input())
-            lens = prediction.intrinsics.source
-            line = _summary_line(task, prediction) if verbose else ""
-            write(prediction, task.targets, written.append)
-        except FootprintsError as error:
-            line = ""
-            batch.failures.append(_named(error, task))
-            batch.model_failures += isinstance(error, ModelError)
-        except Exception as error:  # no error may stop the other pictures
-            line = ""
-            reason = f"{type(error).__name__}: {error}"
-            batch.failures.append(f"{task.source.label} cannot be processed: {reason}")
-        else:
-            batch.notes += prediction.notes
+    outcomes = PredictionIterator(partial(_work, predict, verbose=verbose), batch.tasks, at_once)
+
+    def report(outcome: _Outcome) -> None:
+        nonlocal warning
         progress.clear()
-        if not (warning or quiet) and (warning := lens_warning(lens)):
+        if outcome.failure:
+            batch.failures.append(outcome.failure)
+            batch.model_failures += outcome.model_failed
+        batch.notes += outcome.notes
+        if not (warning or quiet) and (warning := lens_warning(outcome.lens)):
             complain(warning)
-        if line:
-            complain(line)
-        for path in written:
+        if outcome.line:
+            complain(outcome.line)
+        for path in outcome.written:
             name_file(path)
-    progress.clear()
+
+    try:
+        for done, task in enumerate(batch.tasks):
+            progress.show(bar(done, len(batch.tasks), task.source.label))
+            report(next(outcomes))
+    except KeyboardInterrupt:
+        for outcome in outcomes.stop(_FINISHING_S):
+            report(outcome)
+        raise
+    finally:
+        progress.clear()
+
+
+def _work(predict: "Callable[[ImageSource], Prediction]", task: Task, *, verbose: bool) -> _Outcome:
+    """Predicts one picture and writes its files; raises nothing but Ctrl-C."""
+    outcome = _Outcome()
+    try:
+        prediction = predict(task.source.path or _standard_input())
+        outcome.lens = prediction.intrinsics.source
+        line = _summary_line(task, prediction) if verbose else ""
+        write(prediction, task.targets, outcome.written.append)
+    except FootprintsError as error:
+        outcome.failure = _named(error, task)
+        outcome.model_failed = isinstance(error, ModelError)
+    except Exception as error:  # no error may stop the other pictures
+        reason = f"{type(error).__name__}: {error}"
+        outcome.failure = f"{task.source.label} cannot be processed: {reason}"
+    else:
+        outcome.line, outcome.notes = line, prediction.notes
+    return outcome
 
 
 def _named(error: FootprintsError, task: Task) -> str:

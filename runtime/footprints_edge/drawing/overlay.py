@@ -1,5 +1,7 @@
 """The overlay: ground tinted by distance, hidden ground hatched, a legend below."""
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
@@ -20,6 +22,7 @@ from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
 from footprints_edge.inputs.preprocessing import resized
 from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.maps.resize import resize_map
+from footprints_edge.parallel.bands import at_once
 
 LONGEST_PX = 1920
 """Larger pictures are drawn at this size; the maps themselves have far fewer pixels."""
@@ -63,19 +66,22 @@ def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
     size = _canvas_size(prediction.image_size)
     pen_px = max(1.0, max(size) / 700)
     blur_px = max(2 * pen_px, 0.5 * max(size) / max(prediction.map_size))
-    photo = resized(prediction.picture.at_least(size), size, reducing_gap=2.0)
-    # Isolines follow every ripple of a depth; smoothed inverse depth gives legible ones.
-    inverse_depth = np.reciprocal(prediction.unmasked_ground_depth_m)
-    smooth = resize_map(_smooth(inverse_depth), size)
     shown = prediction.shows_ground
-    visible, ground = (
-        (resize_map(probability, size) > prediction.threshold) & shown
-        for probability in (prediction.visible_ground_probability, prediction.ground_probability)
+    # Isolines follow every ripple of a depth; smoothed inverse depth gives legible ones.
+    of_map = np.reciprocal(prediction.unmasked_ground_depth_m)
+    probabilities = (prediction.visible_ground_probability, prediction.ground_probability)
+    pixels, smooth, inverse_depth, visible, ground = at_once(
+        [
+            lambda: _photo(prediction, size),
+            lambda: resize_map(_smooth(of_map), size),
+            lambda: resize_map(of_map, size),
+            *(
+                partial(_resized_mask, each, prediction.threshold if shown else 1.0, size)
+                for each in probabilities
+            ),
+        ]
     )
-    pixels = np.array(photo)
-    _paint_ground(
-        pixels, visible, ground & ~visible, resize_map(inverse_depth, size), smooth, pen_px, blur_px
-    )
+    _paint_ground(pixels, visible, ground & ~visible, inverse_depth, smooth, pen_px, blur_px)
     picture = Image.fromarray(pixels)
     _label_isolines(picture, smooth, ground | visible)
     legend = draw_legend(
@@ -92,6 +98,14 @@ def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
     both.paste(drawn, (0, 0))
     both.paste(draw_bev(prediction, drawn.height), (drawn.width, 0))
     return both
+
+
+def _photo(prediction: GroundMaps, size: Size) -> Rgb:
+    return np.array(resized(prediction.picture.at_least(size), size, reducing_gap=2.0))
+
+
+def _resized_mask(probability: Floats, threshold: float, size: Size) -> Mask:
+    return resize_map(probability, size) > threshold
 
 
 def _canvas_size(image_size: Size) -> Size:
@@ -124,14 +138,14 @@ def _paint_ground(
     height, width = visible.shape
     distance_of_px = blurred_edge_px(blur_px)
     is_near = distance_of_px > -(1.6 * pen_px + 0.5)
-    levels = [_blurred(mask, blur_px) for mask in (visible, hidden)]
+    levels = at_once(partial(_blurred, mask, blur_px) for mask in (visible, hidden))
     colours = colour_scale().T.astype(np.float32)
-    for top in range(0, height, _BAND_PX):
-        rows = slice(top, top + _BAND_PX)
+
+    def paint_band(rows: slice) -> None:
         seen, behind = (level[rows].ravel() for level in levels)
         where = np.flatnonzero(is_near[np.maximum(seen, behind)])
         if not where.size:
-            continue
+            return
         band = pixels[rows].reshape(-1, 3)
         under = band.take(where, axis=0).T.astype(np.float32, order="C")
         visible_px, hidden_px = (distance_of_px.take(level.take(where)) for level in (seen, behind))
@@ -140,7 +154,7 @@ def _paint_ground(
         grey = _GREY @ under
         paint(under, TINT * tint + (1 - TINT) * grey, inside(visible_px))
         if (hidden_px > -0.5).any():
-            diagonal_px = (top + where // width + where % width).astype(np.float32)
+            diagonal_px = (rows.start + where // width + where % width).astype(np.float32)
             hatch(under, tint, inside(hidden_px), diagonal_px, pen_px)
         anywhere = inside(np.maximum(visible_px, hidden_px))
         lines = _isolines(smooth, rows, pen_px).take(where)
@@ -150,6 +164,9 @@ def _paint_ground(
             paint(under, INK_PIXEL, 0.5 * inside(np.float32(1.6 * pen_px) - edge_px))
             paint(under, WHITE_PIXEL, inside(np.float32(0.7 * pen_px) - edge_px))
         band[where] = np.rint(under).astype(np.uint8).T
+
+    tops = range(0, height, _BAND_PX)
+    at_once(partial(paint_band, slice(top, min(height, top + _BAND_PX))) for top in tops)
 
 
 def _blurred(mask: Mask, blur_px: float) -> NDArray[np.uint8]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Lock
 from typing import Any
 from weakref import WeakSet
@@ -13,6 +14,12 @@ from weakref import WeakSet
 import onnxruntime as ort
 
 from footprints_edge.engines.engine import checked_input_size, checked_maps, checked_threads
+from footprints_edge.engines.optimised_graphs import (
+    forget_optimised,
+    keep_optimised,
+    read_optimised,
+    worth_keeping,
+)
 from footprints_edge.errors import ModelError
 from footprints_edge.foundation.types import Floats, Rgb
 from footprints_edge.model_files.read import read_model_file
@@ -79,10 +86,14 @@ class OnnxRuntimeEngine:
         else:
             wanted = []
             _add_plugin(options, plugin)
+        plain = wanted == [_CPU] and not any(given) and not session_options
         try:
-            self._session = ort.InferenceSession(
-                data, options, providers=wanted, provider_options=given or None
-            )
+            if plain and worth_keeping(data):
+                self._session = _session_by_cache(data, self.sha256, options)
+            else:
+                self._session = ort.InferenceSession(
+                    data, options, providers=wanted, provider_options=given or None
+                )
         except Exception as error:  # onnxruntime's exceptions share no base class
             raise ModelError(
                 f"{path} cannot be loaded ({len(data)} bytes, sha256 {self.sha256}): it is "
@@ -128,6 +139,27 @@ class OnnxRuntimeEngine:
                 "them all on the CPU; choose engine='onnxruntime' for that"
             )
         return ", ".join(f"{name} {count} nodes" for name, count in nodes.most_common())
+
+
+def _session_by_cache(data: bytes, sha256: str, options: ort.SessionOptions) -> Any:  # noqa: ANN401
+    """A session on the CPU, of the graph that an earlier one has optimised if there is one."""
+    if (graph := read_optimised(sha256, runtime())) is not None:
+        options.graph_optimization_level = ort.GraphOptimizationLevel.ORT_DISABLE_ALL
+        try:
+            return ort.InferenceSession(graph, options, providers=[_CPU])
+        except Exception:  # whatever it is, the model file itself may still be good
+            forget_optimised(sha256)
+        options.graph_optimization_level = ort.GraphOptimizationLevel.ORT_ENABLE_ALL
+    try:
+        with TemporaryDirectory(prefix="fp-") as folder:
+            path = Path(folder, "optimised.onnx")
+            options.optimized_model_filepath = str(path)
+            session = ort.InferenceSession(data, options, providers=[_CPU])
+            keep_optimised(sha256, runtime(), path.read_bytes())
+            return session
+    except Exception:  # it may not be able to save it, or to load the model at all
+        options.optimized_model_filepath = ""
+        return ort.InferenceSession(data, options, providers=[_CPU])
 
 
 def available_providers() -> list[str]:

@@ -218,7 +218,7 @@ def _median_deviation(
     inverse_depth = plane.inverse_depth(intrinsics, (height, width)).take(chosen)
     ratio = inverse_depth * ground_depth_m.take(chosen)
     log_ratio = np.log(np.maximum(ratio, 1e-6))
-    return float(np.median(np.abs(log_ratio - np.median(log_ratio))))
+    return float(_median(np.abs(log_ratio - _median(log_ratio))))
 
 
 def _evenly_drawn(ground: Mask) -> NDArray[np.intp]:
@@ -268,7 +268,7 @@ def fit_ground_plane(
     gradient = _least_median(directions, inverse_depth)
     for _ in range(6):
         residual = np.abs(gradient @ directions - inverse_depth)
-        inlier = residual <= max(2.5 * 1.4826 * float(np.median(residual)), 1e-9)
+        inlier = residual <= max(2.5 * 1.4826 * float(_median(residual)), 1e-9)
         used = directions * inlier  # normal equations: 3 x 3, much faster
         gradient = np.asarray(np.linalg.pinv(used @ directions.T) @ (used @ inverse_depth))
     if pose is not None and pose.anything:
@@ -282,7 +282,7 @@ def fit_ground_plane(
         )
     camera_height_m = 1 / length
     above_m = up @ directions / inverse_depth + camera_height_m
-    return GroundPlane(up, camera_height_m, float(np.median(np.abs(above_m))))
+    return GroundPlane(up, camera_height_m, float(_median(np.abs(above_m))))
 
 
 def _with_known(
@@ -329,8 +329,7 @@ def _least_median(
         )
     planes = np.linalg.solve(corners[usable], inverse_depth[triples[usable]][..., None])[..., 0]
     residual = np.abs(planes @ directions[:, judged] - inverse_depth[judged]).astype(np.float32)
-    middle = _JUDGED // 2  # partition takes a third of the time of np.median by rows
-    best: NDArray[np.float64] = planes[np.partition(residual, middle)[:, middle].argmin()]
+    best: NDArray[np.float64] = planes[_least_middle(residual)]
     return best
 
 
@@ -346,3 +345,31 @@ def _drawn(times: int, count: int) -> NDArray[np.intp]:
     mixed *= np.uint32(0xC2B2AE35)
     mixed ^= mixed >> 16
     return (mixed.astype(np.uint64) * np.uint64(count) >> np.uint64(32)).astype(np.intp)
+
+
+def _median(values: NDArray[np.floating]) -> np.floating:
+    """What `np.median` gives for one row of numbers, in half of its time."""
+    middle = len(values) // 2
+    ordered = np.partition(values, middle)
+    upper: np.floating = ordered[middle]
+    return upper if len(values) % 2 else (ordered[:middle].max() + upper) / 2
+
+
+def _least_middle(residual: Floats) -> int:
+    """The first row with the least middle element; `residual` is float32 (rows, n).
+
+    A row beats a value if more than the middle number of its elements are smaller. Most rows lose
+    at once, so few are ever partitioned: a sixth of the time of partitioning them all.
+    """
+    middle = residual.shape[1] // 2
+    rows = np.arange(len(residual))
+    at = 0
+    while True:
+        least = np.partition(residual[at], middle)[middle]
+        below = np.count_nonzero(residual[rows] < least, axis=1)
+        rows, below = rows[below > middle], below[below > middle]
+        if not rows.size:
+            break
+        at = int(rows[below.argmax()])
+    equal = np.count_nonzero(residual[: at + 1] <= least, axis=1) > middle
+    return int(equal.argmax())

@@ -63,7 +63,8 @@ class GroundMaps:
         intrinsics: The camera in pixels of the maps, and its source.
         threshold: Probability above which a pixel counts as ground.
         model: The model that made the maps.
-        timings_ms: Milliseconds by stage: decode, preprocess, inference, postprocess.
+        timings_ms: Milliseconds by stage: decode, preprocess, inference, postprocess. What is
+            computed when it is first read, such as masks and flattened depth, is in none of them.
         laid_onto: The plane that the ground's depth was snapped to, which `ground_plane()` then
             returns; None for the network's own depth.
         pose: What is known of the camera's height, pitch and roll.
@@ -86,7 +87,7 @@ class GroundMaps:
         has_masks = self.has("ground_probability")
         ground = f"ground {self.ground.mean():.0%}" if has_masks else "no masks"
         return (
-            f"<{type(self).__name__} of {self.name or 'an image'}: {ground}, maps {height} x "
+            f"<Prediction of {self.name or 'an image'}: {ground}, maps {height} x "
             f"{width}, image {self.image_size[0]} x {self.image_size[1]}, "
             f"camera {self.intrinsics.source}, model {self.model.name}>"
         )

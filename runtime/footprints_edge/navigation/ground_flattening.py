@@ -30,13 +30,20 @@ def flatten(prediction: MapsT) -> MapsT:
         near = plane_inverse_depth > np.float32(1 / _FARTHEST_M)
         laid = np.where(near, plane_inverse_depth, inverse_depth)
         return prediction.with_maps(unmasked_ground_depth_m=np.reciprocal(laid), laid_onto=plane)
-    below_horizon = plane_inverse_depth > np.float32(1e-4)
-    deviation = np.log(np.where(below_horizon, plane_inverse_depth, 1) / inverse_depth)
+    above_horizon = plane_inverse_depth <= np.float32(1e-4)
+    plane_inverse_depth[above_horizon] = 1
+    # in one array from here on: a new one for each step would take longer than the arithmetic
+    weight = plane_inverse_depth / inverse_depth
+    np.log(weight, out=weight)
     if prediction.pose.anything:  # a known height corrects the scale of the depth
-        deviation -= np.median(deviation[prediction.ground])
-    deviation = np.abs(deviation)
-    deviation[~below_horizon] = np.inf
-    scale = np.float32(1 / (_KEEP_ABOVE - _SNAP_BELOW))
-    weight = np.clip((_KEEP_ABOVE - deviation) * scale, 0, 1)
-    mixed = inverse_depth + weight * (plane_inverse_depth - inverse_depth)
-    return prediction.with_maps(unmasked_ground_depth_m=np.reciprocal(mixed), laid_onto=plane)
+        weight -= np.median(weight[prediction.ground])
+    np.abs(weight, out=weight)
+    np.subtract(np.float32(_KEEP_ABOVE), weight, out=weight)
+    weight *= np.float32(1 / (_KEEP_ABOVE - _SNAP_BELOW))
+    weight.clip(0, 1, out=weight)
+    weight[above_horizon] = 0
+    plane_inverse_depth -= inverse_depth
+    weight *= plane_inverse_depth
+    weight += inverse_depth
+    mixed = np.reciprocal(weight, out=weight)
+    return prediction.with_maps(unmasked_ground_depth_m=mixed, laid_onto=plane)

@@ -2,10 +2,14 @@
 
 from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any, Generic, TypeVar
+from concurrent.futures import Future, wait
+from queue import SimpleQueue
+from threading import Thread
+from typing import Any, Generic, TypeAlias, TypeVar
+from weakref import finalize
 
 ResultT = TypeVar("ResultT")
+_Given: TypeAlias = SimpleQueue[tuple[Future[ResultT], Any] | None]
 
 
 class PredictionIterator(Generic[ResultT]):
@@ -26,10 +30,19 @@ class PredictionIterator(Generic[ResultT]):
         """
         if workers < 1:
             raise ValueError(f"workers is {workers}; give a positive number")
-        self._predict, self._items = predict, iter(items)
-        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="predict")
+        self._items = iter(items)
+        self._given: _Given[ResultT] = SimpleQueue()
         self._pending: deque[Future[ResultT]] = deque()
         self._ahead = 2 * workers
+        # Daemons: an item that never ends, such as a pipe that nobody writes to, must not keep the
+        # program from ending.
+        self._threads = [
+            Thread(target=_work, args=(predict, self._given), daemon=True) for _ in range(workers)
+        ]
+        for thread in self._threads:
+            thread.start()
+        # also when nobody takes the rest
+        self._no_more = finalize(self, _end, self._given, workers)
 
     def __iter__(self) -> "PredictionIterator[ResultT]":
         return self
@@ -37,16 +50,58 @@ class PredictionIterator(Generic[ResultT]):
     def __next__(self) -> ResultT:
         try:
             while len(self._pending) < self._ahead:
-                self._pending.append(self._pool.submit(self._predict, next(self._items)))
+                item, future = next(self._items), Future[ResultT]()
+                self._pending.append(future)
+                self._given.put((future, item))
         except StopIteration:
             self._ahead = 0
-            self._pool.shutdown(wait=False)
+            self._no_more()
         if not self._pending:
             raise StopIteration
+        # taken off after the wait: what Ctrl-C interrupts is still there
+        wait([self._pending[0]])
         return self._pending.popleft().result()
+
+    def stop(self, timeout_s: float) -> list[ResultT]:
+        """Takes no more items.
+
+        Args:
+            timeout_s: How long to wait for those that are being worked on.
+
+        Returns:
+            Their results in order, without those that failed or are not ready.
+        """
+        self._ahead = 0
+        self._no_more()
+        running = [each for each in self._pending if not each.cancel()]
+        self._pending.clear()
+        wait(running, timeout_s)
+        return [each.result() for each in running if each.done() and each.exception() is None]
 
     def close(self) -> None:
         """Takes no more items; those that are being worked on are finished."""
         self._ahead = 0
+        self._no_more()
+        wait([each for each in self._pending if not each.cancel()])
         self._pending.clear()
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        for thread in self._threads:
+            thread.join()
+
+
+def _work(predict: Callable[[Any], ResultT], queue: _Given[ResultT]) -> None:
+    while (given := queue.get()) is not None:
+        future, item = given
+        if future.set_running_or_notify_cancel():
+            try:
+                result = predict(item)
+            except BaseException as error:  # it is raised where the result is taken
+                future.set_exception(error)
+            else:
+                future.set_result(result)
+                del result
+        del given, future, item
+
+
+def _end(queue: _Given[Any], workers: int) -> None:
+    for _ in range(workers):
+        queue.put(None)

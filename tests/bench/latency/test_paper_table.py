@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -9,6 +10,7 @@ from footprints_edge_bench.engines.backend import BackendSetting
 from footprints_edge_bench.latency import paper_table as module
 from footprints_edge_bench.latency.machine import machine
 from footprints_edge_bench.latency.paper_table import PAPER, speed_table
+from footprints_edge_bench.latency.peer_rows import PEERS, PeerRow
 from footprints_edge_bench.model_files.model_cache import ModelCache
 
 
@@ -32,7 +34,7 @@ def measured(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "OURS", (("edge", "onnxruntime", "int8"), ("edge", "torch", "fp32")))
         setting = BackendSetting(ModelCache(folder, folder / "no.pt"), 1)
-        return speed_table(setting, machine(), 2, ["handheld"])
+        return speed_table(setting, machine(), 2, ["handheld"], [])
 
 
 def test_ours_stand_below_the_papers_and_apart(measured):
@@ -64,3 +66,22 @@ def test_json_holds_the_papers_rows_and_ours(measured):
     assert [row["inference_s"] for row in found["paper"]] == [66, 0.417, 0.52, 0.074]
     assert found["rows"][0]["inference_s"] == measured.rows[0].inference_s
     assert found["machine"]["usable_cores"] >= 1
+
+
+def test_a_peer_stands_beside_the_papers_figure(measured):
+    peers = (
+        PeerRow("Voxels (SSCNet)", "torch", "the room's axes", None, 2.0, 3.45),
+        PeerRow("Bounding box (Qi et al.)", "torch", "3D suppression", "needs torch"),
+    )
+    text = replace(measured, peers=peers).as_markdown()
+    (row,) = [line for line in text.splitlines() if line.startswith("| Voxels (SSCNet), in")]
+    cells = [cell.strip() for cell in row.strip("|").split("|")]
+    ours_s = measured.rows[0].inference_s
+    assert cells[1:] == ["2.000", "3.450", "109", "0.05", f"{3.45 / ours_s:.0f}"]
+    assert "- Voxels (SSCNet): the room's axes." in text
+    assert "- Bounding box (Qi et al.), torch: needs torch" in text
+
+
+def test_every_peer_is_a_row_of_the_papers_table():
+    methods = {row.method for row in PAPER}
+    assert {make().method for make in PEERS} == methods - {"Footprints, the paper's"}

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -291,6 +292,30 @@ def test_ctrl_c_ends_quietly_with_130(tiny_path, photos):
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=20)
     assert (process.returncode, errors) == (130, b"")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX pipes")
+def test_pictures_are_worked_on_at_once_and_named_in_order(tiny_path, tmp_path, picture):
+    """The first one is a pipe that gets its picture when the second one's result is there."""
+    out, first = tmp_path / "out", tmp_path / "a.png"
+    os.mkfifo(first)
+    Image.fromarray(picture).save(tmp_path / "b.png")
+    process = subprocess.Popen(
+        [
+            *command("infer", first, tmp_path / "b.png", "--model", tiny_path, "-o", out, "-q"),
+            *("--threads", "2", "--format", "json"),
+        ],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    end = time.monotonic() + 60
+    while not (out / "b.png.json").exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert (out / "b.png.json").exists()
+    first.write_bytes((tmp_path / "b.png").read_bytes())
+    written, _ = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert written.splitlines() == [str(out / "a.png.json"), str(out / "b.png.json")]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX pipes")

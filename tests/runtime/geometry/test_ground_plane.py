@@ -4,7 +4,13 @@ import pytest
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.geometry.camera import Intrinsics, backproject
 from footprints_edge.geometry.camera_pose import CameraPose
-from footprints_edge.geometry.ground_plane import _drawn, find_ground_plane, fit_ground_plane
+from footprints_edge.geometry.ground_plane import (
+    _drawn,
+    _least_middle,
+    _median,
+    find_ground_plane,
+    fit_ground_plane,
+)
 
 SIZE = (96, 128)
 CAMERA = Intrinsics(100, 105, 63.0, 40.0)
@@ -117,3 +123,18 @@ def test_a_refusal_has_a_word_for_programs():
     assert reason(*turned) == "above_camera"
     rough = np.exp(np.random.default_rng(0).normal(0, 0.4, SIZE))
     assert reason((depth_m * rough).astype(np.float32), ground) == "not_flat"
+
+
+@pytest.mark.parametrize("count", [20, 599, 600])
+def test_the_row_with_the_least_middle_is_the_one_that_sorting_finds(count):
+    rng = np.random.default_rng(count)
+    for levels in (4, 10**6):  # many ties, and none
+        rows = rng.integers(levels, size=(150, count)).astype(np.float32)
+        assert _least_middle(rows) == np.sort(rows, 1)[:, count // 2].argmin()
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("count", [1, 2, 7, 800])
+def test_the_median_is_numpys_to_the_bit(count, dtype):
+    values = np.random.default_rng(count).normal(size=count).astype(dtype)
+    assert _median(values) == np.median(values)

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
@@ -111,3 +111,25 @@ def test_very_large_pictures_come_out_the_same_in_strips(size, gap, monkeypatch)
     monkeypatch.setattr(preprocessing, "_WHOLE_PX", 1000)
     monkeypatch.setattr(preprocessing, "_STRIP_PX", 50_000)
     np.testing.assert_array_equal(resized(rgb, size, reducing_gap=gap), at_once)
+
+
+@pytest.mark.parametrize("name", FILTERS)
+@pytest.mark.parametrize(
+    "image_size", [(720, 1280), (721, 1283), (1999, 1502), (97, 131), (1, 1), (200, 3000)]
+)
+def test_threads_do_not_change_a_byte(image_size, name):
+    rgb = np.random.default_rng(1).integers(0, 256, (*image_size, 3), np.uint8)
+    for size in ((256, 448), (448, 256)):
+        alone = preprocess(rgb, size, name)
+        for threads in (2, 3):
+            np.testing.assert_array_equal(preprocess(rgb, size, name, threads), alone)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.integers(33, 500), st.floats(0.9, 4), st.floats(0.8, 1.15))
+def test_bands_go_the_way_that_pillow_goes(width, shrink, squeeze):
+    """Which depends on the shape, and on Pillow's version."""
+    wide, high = round(width * shrink), round(64 * shrink * squeeze)
+    rgb = np.random.default_rng(2).integers(0, 256, (high, wide, 3), np.uint8)
+    expected = Image.fromarray(rgb).resize((width, 64), Image.Resampling.LANCZOS, reducing_gap=3.0)
+    np.testing.assert_array_equal(preprocess(rgb, (64, width), "lanczos", 2)[0], expected)

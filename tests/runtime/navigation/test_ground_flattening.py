@@ -1,3 +1,5 @@
+import copy
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -6,8 +8,11 @@ import pytest
 from predictions import make_prediction
 
 import footprints_edge as fp
+from footprints_edge.errors import GroundPlaneError
 from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge.geometry.ground_plane import find_ground_plane
 from footprints_edge.outputs.json_summary import summarise
+from footprints_edge.prediction import FlattenedWhenRead
 
 SIZE = (96, 128)
 CAMERA = Intrinsics(100, 105, 63.0, 20.0)
@@ -94,3 +99,48 @@ def test_predict_flattens_the_ground_unless_switched_off():
     assert plane["camera_height_m"] == pytest.approx(1.5, abs=0.25)  # as the picture was made
     assert plane["pitch_deg"] == pytest.approx(12, abs=5)
     assert summarise(plain)["ground_plane"]["pitch_deg"] == pytest.approx(plane["pitch_deg"])
+
+
+def test_masks_and_visible_depth_do_not_wait_for_the_plane(monkeypatch):
+    plain = floor(plane_m(1.5) * np.float32(1.1), np.ones(SIZE, bool))
+    fits = []
+    monkeypatch.setattr(
+        "footprints_edge.maps.ground_maps.find_ground_plane",
+        lambda *given: fits.append(1) or find_ground_plane(*given),
+    )
+    later = FlattenedWhenRead.of(plain)
+    _ = later.visible_ground, later.hidden_ground, later.visible_depth_m, later.map_size
+    _ = later.has("unmasked_ground_depth_m"), repr(later)
+    assert fits == []
+    np.testing.assert_array_equal(later.ground_depth_m, plain.flattened().ground_depth_m)
+    later.ground_plane()
+    assert fits == [1]
+
+
+@pytest.mark.parametrize(
+    "copied",
+    [
+        lambda later: replace(later, threshold=0.4),
+        lambda later: later.with_maps(visible_depth_m=later.visible_depth_m),
+        lambda later: pickle.loads(pickle.dumps(later)),
+        copy.copy,
+        lambda later: later.flattened(),
+    ],
+)
+def test_a_copy_of_an_unread_prediction_is_flattened_too(copied):
+    plain = floor(plane_m(1.5) * np.float32(1.1), np.ones(SIZE, bool))
+    flat, found = plain.flattened(), copied(FlattenedWhenRead.of(plain))
+    np.testing.assert_array_equal(found.unmasked_ground_depth_m, flat.unmasked_ground_depth_m)
+    np.testing.assert_array_equal(found.visible_depth_m, flat.visible_depth_m)
+    assert found.ground_plane() is found.laid_onto
+    assert found.flattened() is found
+    assert repr(found) == repr(flat)
+
+
+def test_an_unread_prediction_without_ground_is_the_plain_one():
+    plain = floor(plane_m(1.5), np.zeros(SIZE, bool))
+    later = FlattenedWhenRead.of(plain)
+    assert later.laid_onto is None
+    np.testing.assert_array_equal(later.unmasked_ground_depth_m, plain.unmasked_ground_depth_m)
+    with pytest.raises(GroundPlaneError):
+        later.ground_plane()

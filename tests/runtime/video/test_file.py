@@ -27,6 +27,44 @@ def test_a_written_video_is_whole_and_nothing_else_is_left(tmp_path):
     assert np.diff(indices_of(again)[:5]).tolist() == [1, 1, 1, 1]
 
 
+@pytest.fixture(params=["with PyAV", "without"])
+def encoder(request, monkeypatch):
+    """Both encoders."""
+    if request.param == "with PyAV":
+        return pytest.importorskip("av")
+    monkeypatch.setattr("footprints_edge.video.encoders.find_spec", lambda _: None)
+    return None
+
+
+def codec(path):
+    import cv2
+
+    code = int(cv2.VideoCapture(str(path)).get(cv2.CAP_PROP_FOURCC))
+    return code.to_bytes(4, "little").decode().lower()
+
+
+def test_it_is_a_video_that_browsers_play_if_pyav_is_there(encoder, tmp_path):
+    file = VideoFile(tmp_path / "out.mp4", 10.0)
+    for index in range(3):
+        file.write(shade(index))
+    file.close()
+    assert codec(tmp_path / "out.mp4") in (
+        {"fmp4", "mp4v"} if encoder is None else {"h264", "avc1"}
+    )
+    found = indices_of(open_video(str(tmp_path / "out.mp4")))
+    assert np.diff(found).tolist() == [1, 1]
+    if encoder is not None:  # OpenCV's MPEG-4 makes grey a little darker, and reddish
+        assert found == [0, 1, 2]
+
+
+@pytest.mark.usefixtures("encoder")
+def test_a_folder_that_cannot_be_written_to_is_explained(tmp_path):
+    (tmp_path / "out.mp4").mkdir()
+    with pytest.raises(VideoError, match="cannot be written"):
+        VideoFile(tmp_path / "out.mp4", 10.0).write(shade(0))
+
+
+@pytest.mark.usefixtures("encoder")
 @pytest.mark.parametrize("fps", [119.997, 211.222, 66.667, 29.97, 480.0, 7.5])
 def test_any_rate_can_be_written(fps, tmp_path):
     file = VideoFile(tmp_path / "out.mp4", fps)
@@ -44,6 +82,7 @@ def test_a_name_that_is_not_utf8_can_be_written(tmp_path):
     assert path.stat().st_size > 0
 
 
+@pytest.mark.usefixtures("encoder")
 @pytest.mark.parametrize("share", [0.0, 0.5, 0.95])
 def test_a_file_that_is_cut_is_seen(share, tmp_path, monkeypatch):
     path = tmp_path / "out.mp4"
