@@ -146,7 +146,7 @@ def test_node_takes_pictures_and_prints_a_line_of_json_each(node, model, tmp_pat
 
 
 @pytest.fixture(scope="module")
-def packed(node, tmp_path_factory):
+def packed(node, tmp_path_factory):  # noqa: ARG001 - skips where there is no Node
     """An empty folder, into which the package was installed from what `npm pack` makes."""
     folder = tmp_path_factory.mktemp("app")
     pack = ("npm", "pack", "--silent", "--ignore-scripts", "--pack-destination", folder)

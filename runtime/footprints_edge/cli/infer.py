@@ -181,30 +181,19 @@ def infer(
     with explained():
         from footprints_edge.cli.batch import plan
         from footprints_edge.cli.camera_options import CameraOptions
-        from footprints_edge.cli.sources import folder_of_videos
+        from footprints_edge.geometry.camera_pose import CameraPose
         from footprints_edge.model_files.registry import resolve
-        from footprints_edge.ros.bag_names import is_bag
 
         warnings.filterwarnings("ignore", module=r"PIL\.")  # serious problems raise ImageError
-        from footprints_edge.geometry.camera_pose import CameraPose
-        from footprints_edge.geometry.obstacle_heights import STEP_HEIGHT_M
-
         camera = CameraOptions(
             _camera(fx, fy, cx, cy, hfov, camera_file), CameraPose(camera_height, pitch, roll)
         )
-        if not robot_height > STEP_HEIGHT_M:
-            raise typer.BadParameter(
-                f"--robot-height {robot_height:g}: give metres, more than the {STEP_HEIGHT_M:g} m "
-                "of a step"
-            )
+        _check_robot_height(robot_height)
         wanted = [part.strip() for text in formats or ["overlay"] for part in text.split(",")]
         extra = {".path.png": _path_encoder(path, margin)} if path else {}
         if bev and "overlay" in wanted:
             extra[".overlay.png"] = _overlay_with_bev
-        images = [part for name in images for part in folder_of_videos(name, recursive=recursive)]
-        videos = _videos_among(images, raw)
-        bags = [] if raw else [name for name in images if is_bag(name)]
-        pictures = [name for name in images if name not in {*videos, *bags}]
+        images, pictures, videos, bags = _by_kind(images, raw, recursive=recursive)
         if (videos or bags) and path:
             raise typer.BadParameter("--path works on pictures only, not on videos")
         if not (videos or bags) and (smooth or every != 1 or max_fps is not None):
@@ -312,6 +301,29 @@ def _camera(
         return Intrinsics(fx, fy, centre_x, centre_y)
 
     return from_size
+
+
+def _check_robot_height(robot_height_m: float) -> None:
+    from footprints_edge.geometry.obstacle_heights import STEP_HEIGHT_M
+
+    if not robot_height_m > STEP_HEIGHT_M:
+        raise typer.BadParameter(
+            f"--robot-height {robot_height_m:g}: give metres, more than the {STEP_HEIGHT_M:g} m "
+            "of a step"
+        )
+
+
+def _by_kind(
+    named: list[str], raw: str | None, *, recursive: bool
+) -> tuple[list[str], list[str], list[str], list[str]]:
+    """The arguments, folders of videos opened, and of these the pictures, videos and bags."""
+    from footprints_edge.cli.sources import folder_of_videos
+    from footprints_edge.ros.bag_names import is_bag
+
+    named = [part for name in named for part in folder_of_videos(name, recursive=recursive)]
+    videos = _videos_among(named, raw)
+    bags = [] if raw else [name for name in named if is_bag(name)]
+    return named, [name for name in named if name not in {*videos, *bags}], videos, bags
 
 
 def _videos_among(named: list[str], raw: str | None) -> list[str]:
