@@ -43,6 +43,10 @@ _DRAWN = 0.01
 """Share of the picture below which nothing counts as drawn."""
 
 _KINDS = {True: "with ground", False: "without ground"}
+_MOST_LEAST = 0.3
+"""Pictures that show ground with more than this probability are never refused: a floor that is
+missed is worse than a wall that is drawn."""
+
 _BINS = 5
 _SHRINKAGE = 1e-3
 """Weight of the squared weights in the fit: inputs that say the same share theirs."""
@@ -214,7 +218,7 @@ def fit(examples: Sequence[Example]) -> Curves:
     )
     shown = np.sort([ground.at(each.ground) for each in half if each.ground_is_right])
     least = float(shown[math.floor(MOST_REFUSED * len(shown))])
-    return Curves(ground, metres, math.floor(1000 * min(0.5, least)) / 1000)
+    return Curves(ground, metres, math.floor(1000 * min(_MOST_LEAST, least)) / 1000)
 
 
 def fit_curve(
@@ -244,9 +248,7 @@ def fit_curve(
             f"{int(target.sum())} of {len(target)} pictures are right; a curve needs some that are "
             "and some that are not"
         )
-    weight = np.full(len(target), 1 / len(target))
-    if balanced:
-        weight = np.where(target > 0, 0.5 / target.sum(), 0.5 / (len(target) - target.sum()))
+    weight = _weights(target) if balanced else np.full(len(target), 1 / len(target))
     middle, spread = values.mean(0), values.std(0) + 1e-9
     scaled = np.column_stack([np.ones(len(values)), (values - middle) / spread])
 
@@ -277,6 +279,8 @@ class Reliability:
         right: share of them that are right.
         count: pictures in all bins.
         error: mean of |said - right| over pictures, the expected calibration error.
+
+    All means are weighted as the pictures are.
     """
 
     said: tuple[float, ...]
@@ -285,17 +289,34 @@ class Reliability:
     error: float
 
 
-def reliability(said: Sequence[float], right: Sequence[bool]) -> Reliability:
-    """Bins pictures by their confidence."""
+def reliability(
+    said: Sequence[float], right: Sequence[bool], *, balanced: bool = False
+) -> Reliability:
+    """Bins pictures by their confidence.
+
+    Args:
+        said: the confidence of each picture.
+        right: whether it is right.
+        balanced: whether right and wrong pictures count as equally frequent, as in the fit.
+    """
     if not said:
         return Reliability((), (), 0, math.nan)
+    target = np.asarray(right, np.float64)
+    weight = _weights(target) if balanced else np.full(len(target), 1 / len(target))
     order = np.argsort(said, kind="stable")
     bins = np.array_split(order, min(_BINS, len(order)))
-    mean = [float(np.mean(np.take(said, each))) for each in bins]
-    share = [float(np.mean(np.take(right, each))) for each in bins]
-    sizes = np.array([len(each) for each in bins])
+    sizes = np.array([weight[each].sum() for each in bins])
+    mean = [float(np.average(np.take(said, each), weights=weight[each])) for each in bins]
+    share = [float(np.average(target[each], weights=weight[each])) for each in bins]
     error = float(np.abs(np.subtract(mean, share)) @ sizes / sizes.sum())
     return Reliability(tuple(mean), tuple(share), len(order), error)
+
+
+def _weights(target: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Weights of pictures with which right and wrong ones are equally frequent."""
+    right = max(1.0, target.sum())
+    wrong = max(1.0, len(target) - target.sum())
+    return np.where(target > 0, 0.5 / right, 0.5 / wrong)
 
 
 def score(examples: Sequence[Example], curves: Curves) -> dict[str, Reliability]:
@@ -306,6 +327,7 @@ def score(examples: Sequence[Example], curves: Curves) -> dict[str, Reliability]
         "ground": reliability(
             [curves.ground.at(each.ground) for each in half],
             [each.ground_is_right for each in half],
+            balanced=True,
         ),
         "metres": reliability(
             [curves.metres.at(each.metres or {}) for each in known],

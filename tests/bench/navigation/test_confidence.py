@@ -53,6 +53,15 @@ def test_reliability_counts_what_is_right_in_bins_of_like_confidence():
     assert math.isnan(reliability([], []).error)
 
 
+def test_a_balanced_reliability_counts_right_and_wrong_as_equally_frequent():
+    """One bin of five holds the right picture: 9 / 10 of its weight, which is 5 / 9 of all."""
+    said, right = [0.5] * 10, [True] + [False] * 9
+    assert reliability(said, right).error == pytest.approx(0.4)
+    found = reliability(said, right, balanced=True)
+    assert found.right == pytest.approx((0.9, 0, 0, 0, 0))
+    assert found.error == pytest.approx(0.4 * 5 / 9 + 0.5 * 4 / 9)
+
+
 def examples():
     rng = np.random.default_rng(1)
     metres = ("flatness", "agreement", "evenness", "area", "steepness")
