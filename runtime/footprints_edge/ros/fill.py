@@ -2,7 +2,7 @@
 
 from array import array
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -25,10 +25,10 @@ def fill(
         return [fill(each, make, as_array) for each in contents]
     if isinstance(contents, np.ndarray):
         return as_array(contents)
-    if not is_dataclass(contents):
+    if not hasattr(contents, "TYPE"):
         return contents
     return make(
-        contents.TYPE,  # type: ignore[attr-defined]
+        contents.TYPE,
         **{
             field.name: fill(getattr(contents, field.name), make, as_array)
             for field in fields(contents)

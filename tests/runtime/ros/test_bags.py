@@ -189,10 +189,11 @@ def test_each_picture_of_a_lens_that_zooms_has_its_own_camera(infer, tmp_path, t
             items.append((topic, START_NS + len(items) * 1000, message))
     out = tmp_path / "out.mcap"
     assert infer(mcap_file(tmp_path, items), "-o", out).exit_code == 0
+    grids = read(out)[TOPICS["grid"]]
     for index, f in enumerate(focal):
         prediction = tiny.predict(picture(index), intrinsics=Intrinsics(f, f, K[2], K[5]))
         wanted = grid_message(prediction.top_down(), Header(Time(0, 0), ""))
-        np.testing.assert_array_equal(read(out)[TOPICS["grid"]][index][1].data, wanted.data)
+        np.testing.assert_array_equal(grids[index][1].data, wanted.data)
 
 
 def test_a_bad_message_is_named_and_the_others_are_done(infer, tmp_path):
@@ -346,8 +347,8 @@ def test_ctrl_c_leaves_a_readable_part_under_another_name(tiny_path, tmp_path):
     command = [sys.executable, "-m", "footprints_edge", source, "-o", out, "--model", tiny_path]
     process = subprocess.Popen([*map(str, command), "--threads", "1"], stdout=subprocess.PIPE)
     growing = tmp_path / "out.partial" / "out.partial.mcap"
-    deadline = time.monotonic() + 30
-    while not (growing.is_file() and growing.stat().st_size > 3e5):
+    deadline = time.monotonic() + 60
+    while not (growing.is_file() and growing.stat().st_size > 10_000):
         assert time.monotonic() < deadline and process.poll() is None
         time.sleep(0.02)
     assert not out.exists()
