@@ -143,10 +143,9 @@ def _from_processes(
         num_workers=workers,
         multiprocessing_context="fork",
         pin_memory=torch.cuda.is_available(),
-        worker_init_fn=_one_thread,
     )
-    yield from loader
-
-
-def _one_thread(_: int) -> None:
-    cv2.setNumThreads(1)
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)  # ends OpenCV's threads: a child that was forked beside them may hang
+    made = iter(loader)
+    cv2.setNumThreads(threads)
+    yield from made
