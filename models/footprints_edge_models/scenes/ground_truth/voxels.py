@@ -67,7 +67,8 @@ def voxels_of(scene: Scene, geometry: Geometry, camera: Camera) -> Voxels:
     for thing in scene.things:
         label = CLASSES.index(_CLASS_OF.get(thing.label, "objects"))
         foot_m = thing.level_m - thing.pose[2, 3] if thing.level_m else 0.0
-        if thing.extent[1][2] - foot_m < LOWEST_M:
+        # a thing may have lost all its parts: what was moved away in a world, say
+        if thing.parts and thing.extent[1][2] - foot_m < LOWEST_M:
             number += len(thing.parts)
             continue
         for part in thing.parts:

@@ -54,3 +54,8 @@ def test_a_slanting_surface_goes_through_the_voxels_that_points_on_it_are_in(lab
 def test_what_lies_flat_on_the_floor_is_floor(labels_of, plain):
     mat = joined("mat", [surface(plain, (2, 1, 0.01), (0, 2, 0))])
     assert np.array_equal(labels_of(mat), labels_of())
+
+
+def test_a_thing_that_lost_its_parts_fills_nothing(labels_of, plain):
+    gone = replace(joined("chair", [box(plain, (1, 1, 1), (0, 2, 0))]), parts=())
+    assert np.array_equal(labels_of(gone), labels_of())
