@@ -97,13 +97,14 @@ def ground_inputs(ground_probability: Floats) -> dict[str, float]:
         ground_probability: float32 (h, w), the paper's S*.
 
     Returns:
-        `peak`: how sure the network is of its surest ground, the 98th percentile of S*. Area,
-        nearness to the lower border and agreement of both depths were tried beside it and tell
-        nothing more.
+        `peak`: how sure the network is of its surest ground, ln(p / (1 - p)) of the 98th percentile
+        p of S*, from -6 to 6. Area, nearness to the lower border and agreement of both depths were
+        tried beside it and tell nothing more.
     """
     values = ground_probability.ravel()
     at = int(0.98 * (values.size - 1))
-    return {"peak": float(np.partition(values, at)[at])}
+    p = min(max(float(np.partition(values, at)[at]), 1e-6), 1 - 1e-6)
+    return {"peak": max(-6.0, min(6.0, math.log(p / (1 - p))))}
 
 
 def metres_inputs(
