@@ -81,7 +81,8 @@ def read_lens(image: Image.Image, stored: tuple[int, int] | None = None) -> Lens
     least, most = FOCAL_35MM_RANGE
     if not least <= focal_mm <= most:
         return Lens(orientation)
-    zoom, notes = 1.0, ()
+    zoom = 1.0
+    notes: tuple[str, ...] = ()
     if not maker.startswith("Apple"):  # iPhones state the focal length of what is left
         zoom = _digital_zoom(more.get(Base.DigitalZoomRatio))
     if zoom > 1:

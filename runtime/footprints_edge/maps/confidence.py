@@ -128,7 +128,8 @@ def metres_inputs(
         share of the picture that is visible ground; `steepness`: sine of the pitch, as a camera
         that looks down sees the ground at less of an angle.
     """
-    inverse_m = plane.inverse_depth(intrinsics, visible_ground.shape)
+    height, width = visible_ground.shape
+    inverse_m = plane.inverse_depth(intrinsics, (height, width))
     seen = visible_ground & (inverse_m > 1e-3)
     agreement, evenness = -1.0, -1.0
     if np.count_nonzero(seen) >= _LEAST_PX:
