@@ -43,7 +43,7 @@ _DRAWN = 0.01
 """Share of the picture below which nothing counts as drawn."""
 
 _KINDS = {True: "with ground", False: "without ground"}
-_MOST_LEAST = 0.3
+_MOST_LEAST = 0.13
 """Pictures that show ground with more than this probability are never refused: a floor that is
 missed is worse than a wall that is drawn."""
 

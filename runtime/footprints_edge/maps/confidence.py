@@ -97,13 +97,14 @@ def ground_inputs(ground_probability: Floats) -> dict[str, float]:
         ground_probability: float32 (h, w), the paper's S*.
 
     Returns:
-        `peak`: how sure the network is of its surest ground, the 98th percentile of S*. Area,
-        nearness to the lower border and agreement of both depths were tried beside it and tell
-        nothing more.
+        `peak`: how sure the network is of its surest ground, ln(p / (1 - p)) of the 98th percentile
+        p of S*, from -6 to 6. Area, nearness to the lower border and agreement of both depths were
+        tried beside it and tell nothing more.
     """
     values = ground_probability.ravel()
     at = int(0.98 * (values.size - 1))
-    return {"peak": float(np.partition(values, at)[at])}
+    p = min(max(float(np.partition(values, at)[at]), 1e-6), 1 - 1e-6)
+    return {"peak": max(-6.0, min(6.0, math.log(p / (1 - p))))}
 
 
 def metres_inputs(
@@ -127,7 +128,8 @@ def metres_inputs(
         share of the picture that is visible ground; `steepness`: sine of the pitch, as a camera
         that looks down sees the ground at less of an angle.
     """
-    inverse_m = plane.inverse_depth(intrinsics, visible_ground.shape)
+    height, width = visible_ground.shape
+    inverse_m = plane.inverse_depth(intrinsics, (height, width))
     seen = visible_ground & (inverse_m > 1e-3)
     agreement, evenness = -1.0, -1.0
     if np.count_nonzero(seen) >= _LEAST_PX:
