@@ -342,7 +342,7 @@ def test_without_rosbags_the_message_says_what_to_install(infer, bag, monkeypatc
 
 
 def test_ctrl_c_leaves_a_readable_part_under_another_name(tiny_path, tmp_path):
-    source = mcap_file(tmp_path, drive(500))
+    source = mcap_file(tmp_path, drive(150))
     out = tmp_path / "out.mcap"
     command = [sys.executable, "-m", "footprints_edge", source, "-o", out, "--model", tiny_path]
     process = subprocess.Popen([*map(str, command), "--threads", "1"], stdout=subprocess.PIPE)
