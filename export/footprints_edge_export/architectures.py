@@ -32,6 +32,8 @@ class Architecture:
             the whole network, a key of ``footprints_edge.model_files.metadata.OUTPUTS`` and the
             decoder scale.
         scales: decoder scales; a head of scale 4 has a quarter of the image's sides.
+        resize: filter that its files ask for, a key of
+            ``footprints_edge.inputs.preprocessing.FILTERS``.
     """
 
     build: Callable[[], nn.Module]
@@ -39,17 +41,21 @@ class Architecture:
     scales: tuple[int, ...]
     focal_px: float | None
     licence: str
-    notice: str = ""
+    notice: str
+    resize: str
 
 
-def _architecture(name: str, part: type[EdgePart | ReferencePart]) -> Architecture:
+def _architecture(name: str, part: type[EdgePart | ReferencePart], resize: str) -> Architecture:
     spec = NETWORKS[name]
-    return Architecture(spec.build, part, part.SCALES, spec.focal_px, spec.licence, spec.notice)
+    return Architecture(
+        spec.build, part, part.SCALES, spec.focal_px, spec.licence, spec.notice, resize
+    )
 
 
 ARCHITECTURES = {
-    "edge": _architecture("edge", EdgePart),
-    "reference": _architecture("reference", ReferencePart),
+    # less than half of Lanczos's time, for the same accuracy: docs/latency.md
+    "edge": _architecture("edge", EdgePart, "hamming"),
+    "reference": _architecture("reference", ReferencePart, "lanczos"),
 }
 """By name; what a network is, says ``footprints_edge_models.networks.registry``."""
 

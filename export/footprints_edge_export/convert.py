@@ -21,7 +21,6 @@ from onnx_ir.passes.common import RemoveUnusedOpsetsPass
 
 from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
 from footprints_edge.foundation.version import __version__
-from footprints_edge.inputs.preprocessing import FILTER
 from footprints_edge.model import Model
 from footprints_edge.model_files.metadata import ModelMetadata
 from footprints_edge_export.architectures import canonical_focal_px, trained
@@ -225,7 +224,7 @@ def _metadata(job: Job, precision: str) -> ModelMetadata:
         precision=precision,
         depth_range_m=(MIN_DEPTH_M, MAX_DEPTH_M),
         focal_px=conversion.focal_px or canonical_focal_px(conversion.architecture, job.checkpoint),
-        resize=FILTER,
+        resize=job.architecture.resize,
         licence=conversion.licence or job.architecture.licence,
         source_sha256=file_sha256(job.checkpoint),
         producer=f"footprints-edge {__version__}",

@@ -158,7 +158,7 @@ def test_the_metadata_is_what_was_asked_for(edge_checkpoint, conversion, tmp_pat
     assert metadata.training == "two photos"
     assert metadata.depth_range_m == (0.1, 100)
     assert metadata.focal_px == 400
-    assert metadata.resize == "lanczos"
+    assert metadata.resize == "hamming"
     assert metadata.source_sha256 == file_sha256(edge_checkpoint)
     assert metadata.producer == f"footprints-edge {footprints_edge.__version__}"
 

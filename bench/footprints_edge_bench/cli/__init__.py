@@ -6,6 +6,7 @@ from footprints_edge.cli.exit_codes import HELP, VersionOption
 from footprints_edge_bench.cli.accuracy import accuracy_command
 from footprints_edge_bench.cli.confidence import confidence_command
 from footprints_edge_bench.cli.flicker import flicker_command
+from footprints_edge_bench.cli.frame import frame_command
 from footprints_edge_bench.cli.known_pose import known_pose_command
 from footprints_edge_bench.cli.label_speed import label_speed_command
 from footprints_edge_bench.cli.latency import latency_command
@@ -42,6 +43,7 @@ app.command("confidence")(confidence_command)
 app.command("flicker")(flicker_command)
 app.command("video")(video_command)
 app.command("latency")(latency_command)
+app.command("frame")(frame_command)
 app.command("table")(table_command)
 app.command("roofline")(roofline_command)
 app.command("passes")(passes_command)

@@ -24,7 +24,7 @@ class EndToEnd:
         image_size: (H, W) of the photo.
         jpeg_bytes: size of the JPEG.
         stages_ms: median time of each stage: decode, preprocess (resize), inference, postprocess
-            (depth in metres), threshold (masks, and depth where there is ground).
+            (depth in metres), threshold (masks, the ground's plane, and its depth where it is).
         total: statistics of the whole frame.
     """
 

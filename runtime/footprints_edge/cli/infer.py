@@ -1,5 +1,6 @@
 """The command `fp-infer`: parses options and runs the model on pictures and videos."""
 
+import sys
 import warnings
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,7 @@ from footprints_edge.cli.exit_codes import (
     complain,
     explained,
 )
+from footprints_edge.cli.plain_arguments import read_plain
 
 if TYPE_CHECKING:
     from footprints_edge.cli.batch import Batch
@@ -263,7 +265,14 @@ def infer(
 
 def main() -> None:
     """Runs `fp-infer`; see `start`."""
-    app()
+    plain = read_plain(sys.argv[1:])
+    if plain is None:
+        app()
+        return
+    try:
+        infer(**plain)
+    except typer.Exit as ended:
+        sys.exit(ended.exit_code)
 
 
 def _camera(

@@ -13,6 +13,7 @@ COMMANDS = {
     "flicker": ("--model", "--every"),
     "video": ("--threads", "--length"),
     "latency": ("--threads", "--trials", "--output", "--cache", "--edge-checkpoint"),
+    "frame": ("--model", "--threads", "--trials", "--photos"),
     "table": ("--threads", "--trials", "--output", "--cache", "--edge-checkpoint"),
     "roofline": ("--threads", "--trials", "--output", "--cache", "--edge-checkpoint"),
     "passes": ("--checkpoint", "--photos"),
