@@ -1,4 +1,4 @@
-"""Hypothesis strategies that spoil sound files: their bytes, their words, or fields of a message."""
+"""Hypothesis strategies that spoil sound files: their bytes, words, or fields of a message."""
 
 import math
 import struct
@@ -9,7 +9,19 @@ from hypothesis import strategies as st
 
 NUMBERS = (0, 1, 2, 127, 128, 255, 2**15, 2**16 - 1, 2**31 - 1, 2**31, 2**32 - 1, 2**40, 2**62)
 WORDS = (
-    *("nan", "inf", "-inf", "-1", "0", "1e308", "1e-320", "1" + "0" * 400, "9" * 5000, "²", "١"),
+    *(
+        "nan",
+        "inf",
+        "-inf",
+        "-1",
+        "0",
+        "1e308",
+        "1e-320",
+        "1" + "0" * 400,
+        "9" * 5000,
+        "²",
+        "\u0661",
+    ),
     *("", "\0", "\n", "\x1b[2J", "\u202e", "null", "true", "{}", "[]", "[" * 5000, "a: &a [*a]"),
     *("../../x", "/etc/passwd", "%s%n", "%YAML:1.0", "!!opencv-matrix", "x" * 300, "#", ",", '"'),
 )
