@@ -58,7 +58,8 @@ def watched(kind: str, minutes: float, seed: int, keep: Path) -> bool:
     while True:
         left = max(0.0, (ends - time.monotonic()) / 60)
         options = ["--worker", kind, "--minutes", str(left), "--seed", str(seed)]
-        done = subprocess.run([sys.executable, __file__, *options, "--keep", str(keep)])
+        command = [sys.executable, __file__, *options, "--keep", str(keep)]
+        done = subprocess.run(command, check=False)
         last = keep / f".last-{kind}"
         if done.returncode not in {0, 1}:  # it died, or its watchdog ended it
             name = kept(keep, kind, last.read_bytes() if last.exists() else b"")

@@ -190,7 +190,7 @@ def odd_checkpoints(draw: Any) -> bytes:
         "quantised": lambda t: torch.quantize_per_tensor(t.float(), 0.1, 0, torch.qint8),
         "bool": lambda t: t > 0,
         "float8": lambda t: t.to(torch.float8_e4m3fn),
-        "huge": lambda t: torch.zeros(1).expand(10**6, 10**6),
+        "huge": lambda _: torch.zeros(1).expand(10**6, 10**6),
         "nested": lambda t: torch.nested.nested_tensor([t.float(), t.float()]),
         "text": lambda _: "x",
         "list": lambda _: [1],

@@ -17,6 +17,7 @@ from footprints_edge.drawing.style import FAINT, PAPER, TINT, WHITE
 from footprints_edge.foundation.png import encode_png
 from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
 from footprints_edge.geometry.camera import ASSUMED_FOV_DEG, IntrinsicsSource
+from footprints_edge.inputs.preprocessing import resized
 from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.maps.resize import resize_map
 
@@ -61,9 +62,7 @@ def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
     size = _canvas_size(prediction.image_size)
     pen_px = max(1.0, max(size) / 700)
     blur_px = max(2 * pen_px, 0.5 * max(size) / max(prediction.map_size))
-    photo = Image.fromarray(prediction.picture.at_least(size)).resize(
-        (size[1], size[0]), Image.Resampling.LANCZOS, reducing_gap=2.0
-    )
+    photo = resized(prediction.picture.at_least(size), size, reducing_gap=2.0)
     # Isolines follow every ripple of a depth; smoothed inverse depth gives legible ones.
     inverse_depth = np.reciprocal(prediction.unmasked_ground_depth_m)
     smooth = resize_map(_smooth(inverse_depth), size)

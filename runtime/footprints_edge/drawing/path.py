@@ -10,6 +10,7 @@ from footprints_edge.drawing.style import INK, PAPER, WHITE, diagonal_stripes
 from footprints_edge.errors import NoPathError, OffGroundError
 from footprints_edge.foundation.png import encode_png
 from footprints_edge.foundation.types import Mask
+from footprints_edge.inputs.preprocessing import resized
 from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.navigation.path_planning import GroundPath, find_path
 
@@ -72,10 +73,8 @@ def _panel(
     scale = min(max(1.0, _NARROWEST_PX / width), _WIDEST_PX / max(height, width))
     size = (max(1, round(height * scale)), max(1, round(width * scale)))
     fine = (_SUPERSAMPLING * size[0], _SUPERSAMPLING * size[1])
-    photo = Image.fromarray(prediction.picture.at_least(fine)).resize(
-        fine[::-1], Image.Resampling.LANCZOS
-    )
-    pixels = np.asarray(photo, np.float32) * np.float32(0.8)
+    photo = resized(prediction.picture.at_least(fine), fine, reducing_gap=None)
+    pixels = photo.astype(np.float32) * np.float32(0.8)
     large = prediction.at_size(fine)
     pen = max(2.0, max(fine) / 220)
     _tint(pixels, large.visible_ground, _VISIBLE, 0.45)

@@ -62,6 +62,16 @@ _UPRIGHT = {
     8: Image.Transpose.ROTATE_90,
 }
 _ON_ITS_SIDE = {5, 6, 7, 8}
+_AS_STORED: dict[int, Callable[[Rgb], Rgb]] = {
+    2: lambda upright: upright[:, ::-1],
+    3: lambda upright: upright[::-1, ::-1],
+    4: lambda upright: upright[::-1],
+    5: lambda upright: upright.transpose(1, 0, 2),
+    6: np.rot90,
+    7: lambda upright: upright[::-1, ::-1].transpose(1, 0, 2),
+    8: lambda upright: np.rot90(upright, -1),
+}
+"""Views of an upright picture that have its pixels where the file has them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,6 +355,9 @@ def _upright(image: Image.Image, label: str, least: Size | None = None) -> _Upri
         image.load()
         # after load(): the TIFF decoder turns upright itself and resets the tag
         exif = _exif(image, stored)
+        whole = factor == 1 and covered in {None, (0, 0, *image.size)}
+        if whole and math.prod(image.size) > _WHOLE_PX:
+            return _Upright(_pixels_in_strips(image, exif.orientation), exif)
         rgb = _to_rgb(image) if factor == 1 else _reduced_rgb(image, factor)
         if covered is not None and covered != (0, 0, *rgb.size):
             # The last row and column of a reduced picture may cover fewer pixels than the others.
@@ -357,6 +370,19 @@ def _upright(image: Image.Image, label: str, least: Size | None = None) -> _Upri
         raise ImageError(f"{label} is damaged or truncated: {error}") from error
     turn = _UPRIGHT.get(exif.orientation)
     return _Upright(np.array(rgb if turn is None else rgb.transpose(turn)), exif)
+
+
+def _pixels_in_strips(image: Image.Image, orientation: int) -> Rgb:
+    """The upright pixels of a large picture, without a copy of it on the way."""
+    width, height = image.size
+    upright = np.empty((*_turned((height, width), orientation), 3), np.uint8)
+    stored = _AS_STORED.get(orientation, lambda pixels: pixels)(upright)
+    white = _white_level(image) if image.mode in {"I", "F"} else None
+    rows = max(1, _STRIP_PX // width)
+    for top in range(0, height, rows):
+        strip = image.crop((0, top, width, min(height, top + rows)))
+        stored[top : top + rows] = np.asarray(_to_rgb(strip, white))
+    return upright
 
 
 def _reduced_rgb(image: Image.Image, factor: int) -> Image.Image:

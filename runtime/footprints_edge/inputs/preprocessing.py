@@ -31,6 +31,11 @@ _REDUCING_GAP = 3.0
 """Pictures larger than twice this factor are first averaged over whole blocks, to no less than this
 factor times the result's sides: three times as fast, and most pixels differ by at most 1 of 255."""
 
+_WHOLE_PX = 32_000_000
+"""Pictures with more pixels are averaged in strips: a copy of the whole would fill the memory."""
+
+_STRIP_PX = 2**22
+
 _MOST_PX = 1.15 * BUDGET_PX
 _AREA_WEIGHT = 0.25  # a distortion of 4 % is as bad as 16 % too many or too few pixels
 
@@ -89,9 +94,30 @@ def preprocess(rgb: Rgb, size: Size, filter: str = FILTER) -> Rgb:
     return resized(rgb, size, filter)[None]
 
 
-def resized(rgb: Rgb, size: Size, filter: str = FILTER) -> Rgb:
-    """The picture, uint8 (H, W, 3), at another size (h, w), antialiased; see `preprocess`."""
+def resized(
+    rgb: Rgb, size: Size, filter: str = FILTER, reducing_gap: float | None = _REDUCING_GAP
+) -> Rgb:
+    """The picture, uint8 (H, W, 3), at another size (h, w), antialiased; see `preprocess`.
+
+    A very large picture is averaged over whole blocks first, whatever `reducing_gap` says.
+    """
     height, width = size
+    if rgb.shape[0] * rgb.shape[1] > _WHOLE_PX:
+        return _resized_in_strips(rgb, size, filter, reducing_gap or _REDUCING_GAP)
     return np.asarray(
-        Image.fromarray(rgb).resize((width, height), FILTERS[filter], reducing_gap=_REDUCING_GAP)
+        Image.fromarray(rgb).resize((width, height), FILTERS[filter], reducing_gap=reducing_gap)
     )
+
+
+def _resized_in_strips(rgb: Rgb, size: Size, filter: str, reducing_gap: float) -> Rgb:
+    """What Pillow does with a `reducing_gap`, without a copy of the whole picture."""
+    height, width = rgb.shape[0], rgb.shape[1]
+    across = int(width / size[1] / reducing_gap) or 1
+    down = int(height / size[0] / reducing_gap) or 1
+    means = Image.new("RGB", (-(-width // across), -(-height // down)))
+    rows = max(1, _STRIP_PX // width // down) * down
+    for top in range(0, height, rows):
+        strip = Image.fromarray(rgb[top : top + rows])
+        means.paste(strip.reduce((across, down)), (0, top // down))
+    box = (0, 0, width / across, height / down)
+    return np.asarray(means.resize((size[1], size[0]), FILTERS[filter], box=box))

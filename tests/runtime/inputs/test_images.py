@@ -60,6 +60,37 @@ def test_every_orientation_from_every_source_is_the_upright_picture(
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("kind", ["PNG", "JPEG", "PIL"])
+def test_very_large_pictures_are_the_same_in_strips(orientation, kind, picture, monkeypatch):
+    image = stored(picture, orientation)
+    data = encoded(image, "JPEG" if kind == "JPEG" else "PNG", exif=exif_of(orientation))
+
+    def source():
+        return Image.open(io.BytesIO(data)) if kind == "PIL" else data
+
+    at_once = decode(source()).rgb
+    monkeypatch.setattr(images, "_WHOLE_PX", 1000)
+    monkeypatch.setattr(images, "_STRIP_PX", 700)
+    in_strips = decode(source(), lambda size: size).rgb
+    np.testing.assert_array_equal(in_strips, at_once)
+    assert in_strips.flags.c_contiguous
+
+
+@pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGBA", "CMYK", "I;16", "I", "F"])
+def test_modes_are_the_same_in_strips(mode, monkeypatch):
+    grey = np.random.default_rng(0).integers(0, 60_000, (50, 70))
+    if mode in {"I;16", "I", "F"}:
+        kind = {"I;16": np.uint16, "I": np.int32, "F": np.float32}[mode]
+        image = Image.fromarray(grey.astype(kind))
+    else:
+        image = Image.fromarray((grey >> 8).astype(np.uint8)).convert("RGB").convert(mode)
+    at_once = decode(image).rgb
+    monkeypatch.setattr(images, "_WHOLE_PX", 1000)
+    monkeypatch.setattr(images, "_STRIP_PX", 700)
+    np.testing.assert_array_equal(decode(image).rgb, at_once)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
 def test_jpeg_orientations(picture, orientation):
     turned = stored(picture, orientation)
     data = encoded(turned, "JPEG", exif=exif_of(orientation), quality=95, subsampling=0)

@@ -4,7 +4,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from footprints_edge.inputs.preprocessing import BUDGET_PX, FILTERS, preprocess, working_size
+from footprints_edge.inputs import preprocessing
+from footprints_edge.inputs.preprocessing import (
+    BUDGET_PX,
+    FILTERS,
+    preprocess,
+    resized,
+    working_size,
+)
 
 SIDES = st.integers(1, 20_000)
 
@@ -68,3 +75,13 @@ def test_a_picture_of_no_more_than_six_times_the_size_is_resized_at_once(height,
     rgb = np.random.default_rng(height).integers(0, 256, (height, width, 3), np.uint8)
     exact = Image.fromarray(rgb).resize((96, 64), Image.Resampling.LANCZOS)
     np.testing.assert_array_equal(preprocess(rgb, (64, 96))[0], np.asarray(exact))
+
+
+@pytest.mark.parametrize("size", [(64, 96), (160, 192), (1499, 1999), (500, 40)])
+@pytest.mark.parametrize("gap", [2.0, 3.0])
+def test_very_large_pictures_come_out_the_same_in_strips(size, gap, monkeypatch):
+    rgb = np.random.default_rng(0).integers(0, 256, (1499, 1999, 3), np.uint8)
+    at_once = resized(rgb, size, reducing_gap=gap)
+    monkeypatch.setattr(preprocessing, "_WHOLE_PX", 1000)
+    monkeypatch.setattr(preprocessing, "_STRIP_PX", 50_000)
+    np.testing.assert_array_equal(resized(rgb, size, reducing_gap=gap), at_once)
