@@ -6,7 +6,7 @@ DIST ?= dist
 SITE ?= site
 WEB := examples/web
 # In processes of their own: not all inference and training libraries get on with each other in one.
-TESTS := tests/runtime tests/export tests/models tests/bench tests/test_examples.py tests/test_house.py
+TESTS := tests/runtime tests/export tests/models tests/bench tests/fuzz tests/test_examples.py tests/test_house.py
 
 # PyPI's torch for Linux is a CUDA build of several GB. Of the same version, pip prefers the CPU build
 # that this page lists; where the page cannot be reached, it warns and takes what it finds elsewhere.
@@ -16,7 +16,7 @@ TORCH := torch==2.13.0 --find-links https://download.pytorch.org/whl/cpu/torch/ 
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format types docs wheel web test-web clean
+.PHONY: help demo test fuzz lint format types docs wheel web test-web clean
 
 help: ## what can be made
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 10
@@ -29,6 +29,11 @@ demo: $(DEMO_VENV)/installed ## install the runtime alone, find the floor in exa
 test: $(VENV)/installed ## run all tests
 	@echo "Running about 2,000 tests: 6 to 12 minutes on two cores."
 	@set -e; for part in $(TESTS); do $(VENV)/bin/python -m pytest -n auto $$part; done
+
+MINUTES ?= 10
+SEED ?= 0
+fuzz: $(VENV)/installed ## spoil files of every kind for MINUTES, from SEED
+	$(VENV)/bin/python tests/fuzz/run.py --minutes $(MINUTES) --seed $(SEED)
 
 lint: $(VENV)/installed ## check style and formatting
 	$(VENV)/bin/ruff check .

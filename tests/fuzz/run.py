@@ -11,6 +11,7 @@ import argparse
 import faulthandler
 import hashlib
 import resource
+import signal
 import subprocess
 import sys
 import time
@@ -21,10 +22,12 @@ HERE = Path(__file__).resolve().parent
 KINDS = ("pictures", "exif", "models", "checkpoints", "calibrations", "sequences")
 
 LIMIT_S = 60
-"""An input that takes longer has failed."""
+"""An input that takes more of a core's time has failed, as one that waits for ten times as long."""
 
 LIMIT_BYTES = 12 * 2**30
 """Address space of a process, most of which its libraries only reserve."""
+
+_FAILED = 10  # of a worker that has ended well; the watchdog ends it with 1
 
 EXAMPLES = 100
 """Inputs from one seed of Hypothesis."""
@@ -41,6 +44,7 @@ def main() -> int:
     parser.add_argument("--worker", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.worker:
+        resource.setrlimit(resource.RLIMIT_AS, (LIMIT_BYTES, LIMIT_BYTES))
         return work(given.worker, given.minutes, given.seed, given.keep)
     kinds = [given.only] if given.only else list(KINDS)
     failed = [
@@ -57,18 +61,22 @@ def watched(kind: str, minutes: float, seed: int, keep: Path) -> bool:
     ends, whole = time.monotonic() + 60 * minutes, True
     while True:
         left = max(0.0, (ends - time.monotonic()) / 60)
-        options = ["--worker", kind, "--minutes", str(left), "--seed", str(seed)]
-        command = [sys.executable, __file__, *options, "--keep", str(keep)]
-        done = subprocess.run(command, check=False)
+        done = subprocess.run(worker(kind, left, seed, keep), check=False)
         last = keep / f".last-{kind}"
-        if done.returncode not in {0, 1}:  # it died, or its watchdog ended it
+        if done.returncode not in {0, _FAILED}:  # it died, or its watchdog ended it
             name = kept(keep, kind, last.read_bytes() if last.exists() else b"")
             print(f"{kind}: the process ended with {done.returncode}; kept {name}", flush=True)
         last.unlink(missing_ok=True)
         whole = whole and done.returncode == 0
         seed += 1_000_000
-        if done.returncode in {0, 1} or time.monotonic() > ends:
+        if done.returncode in {0, _FAILED} or time.monotonic() > ends:
             return whole
+
+
+def worker(kind: str, minutes: float, seed: int, keep: Path) -> list[str]:
+    """The command of a process for one kind."""
+    options = ["--worker", kind, "--minutes", str(minutes), "--seed", str(seed)]
+    return [sys.executable, __file__, *options, "--keep", str(keep)]
 
 
 def work(kind: str, minutes: float, seed: int, keep: Path) -> int:
@@ -80,16 +88,19 @@ def work(kind: str, minutes: float, seed: int, keep: Path) -> int:
     keep.mkdir(parents=True, exist_ok=True)
     ends, tried, seen = time.monotonic() + 60 * minutes, 0, set()
     spoiled = target.spoiled()
-    resource.setrlimit(resource.RLIMIT_AS, (LIMIT_BYTES, LIMIT_BYTES))
+    faulthandler.register(signal.SIGXCPU, file=sys.__stderr__, chain=True)
 
     def attempt(data: bytes) -> None:
         nonlocal tried
         tried += 1
         last.write_bytes(data)
-        faulthandler.dump_traceback_later(LIMIT_S, exit=True)
+        faulthandler.dump_traceback_later(10 * LIMIT_S, exit=True, file=sys.__stderr__)
+        soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
+        resource.setrlimit(resource.RLIMIT_CPU, (int(time.process_time()) + LIMIT_S, hard))
         try:
             target.check(data)
         finally:
+            resource.setrlimit(resource.RLIMIT_CPU, (soft, hard))
             faulthandler.cancel_dump_traceback_later()
 
     settings = hypothesis.settings(
@@ -116,7 +127,7 @@ def work(kind: str, minutes: float, seed: int, keep: Path) -> int:
         if time.monotonic() > ends:
             break
     print(f"{kind}: {tried} tried, {len(seen)} kinds of failures", flush=True)
-    return bool(seen)
+    return _FAILED if seen else 0
 
 
 def kept(keep: Path, kind: str, data: bytes) -> Path:
