@@ -29,7 +29,7 @@ LIMIT_BYTES = 12 * 2**30
 
 _FAILED = 10  # of a worker that has ended well; the watchdog ends it with 1
 
-EXAMPLES = 100
+EXAMPLES = 50
 """Inputs from one seed of Hypothesis."""
 
 

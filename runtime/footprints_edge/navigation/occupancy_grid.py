@@ -27,6 +27,8 @@ UNKNOWN, OCCUPIED, VISIBLE, HIDDEN = 0, 1, 2, 3
 MAX_CELLS = 1500
 """Most cells in the range of a grid, which has 2 * 1500 * 1500 of them then."""
 
+_FARTHEST_M = 10_000.0
+
 _BAND_CELLS = 2**18
 """Cells that are looked up at a time: their places take some hundred bytes each."""
 
@@ -99,10 +101,11 @@ class OccupancyGrid:
 
         Returns:
             float32 (B,), metres from the point below the camera, accurate to half a cell; infinite
-            in directions without an occupied cell.
+            in directions without an occupied cell, NaN for NaN.
         """
         rows, columns = self.cells.shape
-        bearing = np.radians(np.atleast_1d(np.asarray(bearings_deg, np.float64)))
+        given = np.atleast_1d(np.asarray(bearings_deg, np.float64))
+        bearing = np.radians(np.where(np.isfinite(given), given, 0))
         range_m = np.arange(0, np.hypot(rows, columns), 0.25) * self.cell_m
         row = np.floor(rows - np.cos(bearing)[:, None] * range_m / self.cell_m).astype(int)
         column = np.floor(columns / 2 - np.sin(bearing)[:, None] * range_m / self.cell_m)
@@ -111,7 +114,8 @@ class OccupancyGrid:
         hit = np.zeros(row.shape, bool)
         hit[inside] = self.cells[row[inside], column[inside]] == OCCUPIED
         first = range_m[hit.argmax(axis=1)]
-        return np.where(hit.any(axis=1), first, np.inf).astype(np.float32)
+        nearest_m = np.where(hit.any(axis=1), first, np.inf)
+        return np.where(np.isfinite(given), nearest_m, np.nan).astype(np.float32)
 
     def map_png(self, hidden: HiddenAs = "cost") -> bytes:
         """PNG for a ROS map server: grey 254 is free, 0 occupied, 205 unknown.
@@ -264,10 +268,10 @@ def make_walkable_grid(
 
 
 def _check_sizes(cell_m: float, range_m: float) -> None:
-    if not (np.isfinite(range_m) and 0 < cell_m <= range_m <= MAX_CELLS * cell_m):
+    if not (0 < cell_m <= range_m <= min(MAX_CELLS * cell_m, _FARTHEST_M)):  # NaN is not
         raise ValueError(
             f"cell_m is {cell_m}, range_m is {range_m}; give positive numbers of metres, with "
-            f"1 to {MAX_CELLS} cells in the range"
+            f"1 to {MAX_CELLS} cells in the range, which is at most {_FARTHEST_M:g} m"
         )
 
 

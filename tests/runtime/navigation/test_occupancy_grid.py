@@ -208,6 +208,11 @@ def test_the_nearest_obstacle_by_bearing(grid):
     np.testing.assert_allclose(grid.nearest_obstacle_m(bearings_deg), expected_m, atol=0.08)
 
 
+@pytest.mark.filterwarnings("error")
+def test_bearings_that_are_none_have_no_distance(grid):
+    np.testing.assert_array_equal(grid.nearest_obstacle_m([np.nan, np.inf]), [np.nan, np.nan])
+
+
 def test_one_bearing_is_enough(scene, grid):
     np.testing.assert_allclose(grid.nearest_obstacle_m(0.0), [3.0], atol=0.08)
     np.testing.assert_allclose(scene.scan(0.0).ranges_m, [3.0], atol=0.08)
@@ -334,6 +339,8 @@ def test_the_format_names_the_picture_beside_it(scene, tmp_path):
 def test_invalid_grids_are_refused(scene, tmp_path):
     with pytest.raises(ValueError, match="cell_m is 0"):
         scene.top_down(cell_m=0)
+    with pytest.raises(ValueError, match=r"range_m is 1e\+308"):
+        scene.top_down(1e308, 1e308)
     with pytest.raises(ValueError, match="range_m is nan"):
         scene.top_down(range_m=float("nan"))
     none = scene.with_maps(ground_probability=np.zeros(SIZE, np.float32))
