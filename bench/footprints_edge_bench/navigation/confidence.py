@@ -316,7 +316,8 @@ def _weights(target: NDArray[np.float64]) -> NDArray[np.float64]:
     """Weights of pictures with which right and wrong ones are equally frequent."""
     right = max(1.0, target.sum())
     wrong = max(1.0, len(target) - target.sum())
-    return np.where(target > 0, 0.5 / right, 0.5 / wrong)
+    weights: NDArray[np.float64] = np.where(target > 0, 0.5 / right, 0.5 / wrong)
+    return weights
 
 
 def score(examples: Sequence[Example], curves: Curves) -> dict[str, Reliability]:

@@ -387,7 +387,8 @@ def _pixels_in_strips(image: Image.Image, orientation: int) -> Rgb:
     """The upright pixels of a large picture, without a copy of it on the way."""
     width, height = image.size
     upright = np.empty((*_turned((height, width), orientation), 3), np.uint8)
-    stored = _AS_STORED.get(orientation, lambda pixels: pixels)(upright)
+    as_stored = _AS_STORED.get(orientation)
+    stored = upright if as_stored is None else as_stored(upright)
     white = _white_level(image) if image.mode in {"I", "F"} else None
     rows = max(1, _STRIP_PX // width)
     for top in range(0, height, rows):

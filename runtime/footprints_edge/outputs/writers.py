@@ -153,14 +153,13 @@ def _npz(prediction: GroundMaps) -> bytes:
         names += ["visible_ground_probability", "ground_probability"]
     if {"ground", "visible_depth_m"} <= set(names):
         names.append("ground_depth_m")
-    believed = {}
+    arrays = {name: getattr(prediction, name) for name in names}
     if {"ground_depth_m", "visible_ground"} <= set(names):
         confidence = prediction.confidence
-        believed["confidence"] = np.array([confidence.ground, confidence.metres])
+        arrays["confidence"] = np.array([confidence.ground, confidence.metres])
     np.savez_compressed(
         buffer,
-        **{name: getattr(prediction, name) for name in names},
-        **believed,
+        **arrays,
         image_size=np.array(prediction.image_size),
         intrinsics=np.array([camera.fx, camera.fy, camera.cx, camera.cy]),
     )

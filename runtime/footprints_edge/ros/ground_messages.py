@@ -202,9 +202,10 @@ def points_message(prediction: GroundMaps, header: Header) -> PointCloud2:
     points["rgb"] = red << 16 | green << 8 | blue
     points["rgb"][: len(colours)] = colours @ np.array([1 << 16, 1 << 8, 1], np.uint32)
     points["layer"][len(colours) :] = 1
+    offset_of = _POINT.fields or {}
     fields = tuple(
-        PointField(name, _POINT.fields[name][1], _UINT8 if name == "layer" else _FLOAT32)
-        for name in _POINT.names
+        PointField(name, offset_of[name][1], _UINT8 if name == "layer" else _FLOAT32)
+        for name in offset_of
     )
     data = np.frombuffer(points.tobytes(), np.uint8)
     step = _POINT.itemsize
