@@ -201,12 +201,12 @@ class FlattenedWhenRead(Prediction):
         return plain.flattened()
 
     @cached_property
-    def maps(self) -> DecodedMaps:  # type: ignore[override] - frozen, so none is assigned
+    def maps(self) -> DecodedMaps:
         """The four maps."""
         return self._flattened.maps
 
     @cached_property
-    def laid_onto(self) -> "GroundPlane | None":  # type: ignore[override]
+    def laid_onto(self) -> "GroundPlane | None":
         """The plane that the ground's depth was snapped to."""
         return self._flattened.laid_onto
 

@@ -49,5 +49,6 @@ def table_command(
         if output is not None:
             output.write_text(found.as_json(), encoding="utf-8")
         typer.echo(found.as_markdown(), nl=False)
-        if any(row.reason for row in (*found.rows, *found.peers)):
+        reasons = [row.reason for row in found.rows] + [row.reason for row in found.peers]
+        if any(reasons):
             raise typer.Exit(SOME_FAILED)

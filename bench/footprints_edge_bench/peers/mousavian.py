@@ -93,7 +93,7 @@ def _networks(shape: CropsShape) -> Mapping[str, PeerNetwork]:
             self.inner = nn.Sequential(conv(width, width // 2, 1), conv(width // 2, width, 3))
 
         def forward(self, x: "Tensor") -> "Tensor":
-            return x + self.inner(x)
+            return x + self.inner(x)  # type: ignore[no-any-return]
 
     def five(before: int, width: int) -> nn.Sequential:
         return nn.Sequential(

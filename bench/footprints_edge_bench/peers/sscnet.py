@@ -69,7 +69,7 @@ def _networks(shape: SscNetShape) -> Mapping[str, PeerNetwork]:
             self.skip = nn.Conv3d(before, width, 1) if before != width else nn.Identity()
 
         def forward(self, x: "Tensor") -> "Tensor":
-            return (self.inner(x) + self.skip(x)).relu()
+            return (self.inner(x) + self.skip(x)).relu()  # type: ignore[no-any-return]
 
     class SscNet(nn.Module):
         def __init__(self) -> None:

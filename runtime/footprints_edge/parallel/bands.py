@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from footprints_edge.foundation.cores import usable_cores
 
@@ -53,12 +53,12 @@ def on_bands(work: Callable[[slice], ResultT], slices: list[slice]) -> list[Resu
     return [work(first), *(future.result() for future in futures)]
 
 
-def at_once(works: Iterable[Callable[[], ResultT]]) -> list[ResultT]:
+def at_once(works: Iterable[Callable[[], Any]]) -> list[Any]:
     """The results of functions, in order, computed on all cores that this process may use."""
     each = list(works)
     threads = min(usable_cores(), len(each)) or 1
     shares = [slice(first, None, threads) for first in range(threads)]
-    found: list[ResultT] = [None] * len(each)  # type: ignore[list-item] - filled below
+    found: list[Any] = [None] * len(each)
     for share, results in zip(
         shares, on_bands(lambda share: [work() for work in each[share]], shares), strict=True
     ):

@@ -7,8 +7,9 @@ into any robot's tree.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -202,7 +203,7 @@ def points_message(prediction: GroundMaps, header: Header) -> PointCloud2:
     points["rgb"] = red << 16 | green << 8 | blue
     points["rgb"][: len(colours)] = colours @ np.array([1 << 16, 1 << 8, 1], np.uint32)
     points["layer"][len(colours) :] = 1
-    offset_of = _POINT.fields or {}
+    offset_of: Mapping[str, Any] = _POINT.fields or {}
     fields = tuple(
         PointField(name, offset_of[name][1], _UINT8 if name == "layer" else _FLOAT32)
         for name in offset_of
