@@ -197,7 +197,7 @@ class FlattenedWhenRead(Prediction):
         return plain.flattened()
 
     @cached_property
-    def maps(self) -> DecodedMaps:  # type: ignore[override] - frozen, so none is assigned
+    def maps(self) -> DecodedMaps:  # type: ignore[override]
         """The four maps."""
         return self._flattened.maps
 

@@ -58,7 +58,7 @@ def at_once(works: Iterable[Callable[[], ResultT]]) -> list[ResultT]:
     each = list(works)
     threads = min(usable_cores(), len(each)) or 1
     shares = [slice(first, None, threads) for first in range(threads)]
-    found: list[ResultT] = [None] * len(each)  # type: ignore[list-item] - filled below
+    found: list[ResultT] = [None] * len(each)  # type: ignore[list-item]
     for share, results in zip(
         shares, on_bands(lambda share: [work() for work in each[share]], shares), strict=True
     ):
