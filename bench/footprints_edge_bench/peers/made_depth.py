@@ -31,5 +31,5 @@ def room_depth_m(size: Size = DEPTH_SIZE) -> Floats:
         depth_m = np.minimum(2.0 / np.abs(x), 4.5)  # side walls, and the one ahead
         depth_m = np.minimum(depth_m, np.where(y > 0, 1.2 / y, 1.5 / -y))  # floor, ceiling
     crate = (np.abs(x * 2.2 - 0.2) < 0.4) & (y * 2.2 > 0.5) & (y * 2.2 < 1.2)
-    depth_m = np.where(crate, np.minimum(depth_m, 2.2), depth_m)
-    return np.asarray(depth_m, np.float32)
+    room: Floats = np.where(crate, np.minimum(depth_m, 2.2), depth_m).astype(np.float32)
+    return room

@@ -55,5 +55,5 @@ def flipped_tsdf(
     in_view = ((column >= 0) & (column < width))[:, None] & ((row >= 0) & (row < height))[None]
     at = row.clip(0, height - 1)[None] * width + column.clip(0, width - 1)[:, None]
     seen = in_view & (depth_m.take(at) > centre_z)
-    signed: Floats = np.where(seen, encoded, -encoded)
-    return signed
+    flipped: Floats = np.where(seen, encoded, -encoded)
+    return flipped
