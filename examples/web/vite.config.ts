@@ -22,8 +22,10 @@ export default defineConfig({
   resolve: {
     // The runtime's own files stay files of their own: its threads load them by address.
     conditions: ["onnxruntime-web-use-extern-wasm", ...defaultClientConditions],
+    // The package is linked here, and would find the runtime beside its own sources.
+    dedupe: ["onnxruntime-web"],
   },
-  optimizeDeps: { exclude: ["onnxruntime-web"] },
+  optimizeDeps: { exclude: ["footprints-edge", "onnxruntime-web"] },
   server: { headers: isolation, fs: { allow: [repository] } },
   preview: { headers: isolation },
   worker: { format: "es" },
@@ -43,20 +45,11 @@ export default defineConfig({
   },
   plugins: [fillInServiceWorker()],
   test: {
-    projects: [
-      { extends: true, test: { name: "unit", include: ["tests/unit/**/*.test.ts"] } },
-      {
-        extends: true,
-        test: {
-          name: "browser",
-          include: ["tests/browser/**/*.test.ts"],
-          globalSetup: "tests/browser/serve.ts",
-          fileParallelism: false,
-          testTimeout: 60_000 * Number(process.env.PATIENCE ?? 1),
-          hookTimeout: 60_000 * Number(process.env.PATIENCE ?? 1),
-        },
-      },
-    ],
+    include: ["tests/**/*.test.ts"],
+    globalSetup: "tests/serve.ts",
+    fileParallelism: false,
+    testTimeout: 60_000 * Number(process.env.PATIENCE ?? 1),
+    hookTimeout: 60_000 * Number(process.env.PATIENCE ?? 1),
   },
 });
 

@@ -1,15 +1,21 @@
 /** The page: pictures in, ground, distances and paths out. */
 
+import { scaleFraction, scaleGradient, TICKS_M, type Camera as Lens, type GroundPath } from "footprints-edge";
+
 import roomUrl from "../../room.jpg?url";
-import { scaleFraction, scaleGradient, TICKS_M } from "./core/colours";
-import { pixelAt, type Point } from "./core/maps";
-import type { GroundPath, NoPath } from "./core/path";
-import type { Analysis, Engine } from "./messages";
+import type { Analysis, Engine, NoPath, Point } from "./messages";
 import { Analyst } from "./page/analyst";
 import { Camera, CameraError } from "./page/camera";
 import { readPhoto, type Photo } from "./page/photo";
 import { PictureView, type Pointing } from "./page/picture-view";
-import { describeGround, describePath, describePlace, describeRun, ENGINE_NAMES } from "./page/words";
+import {
+  describeGround,
+  describePath,
+  describePlace,
+  describePose,
+  describeRun,
+  ENGINE_NAMES,
+} from "./page/words";
 
 /** The longer side of what is drawn, in pixels: a film has less time for each picture. */
 const PHOTO_PX = 1280;
@@ -24,6 +30,8 @@ const pictureElement = byId("picture");
 const view = new PictureView(pictureElement);
 const cameraButton = byId<HTMLButtonElement>("camera");
 const fileInput = byId<HTMLInputElement>("file");
+const lensInput = byId<HTMLInputElement>("lens");
+const heightInput = byId<HTMLInputElement>("height");
 const engineInputs = [...document.querySelectorAll<HTMLInputElement>("input[name=engine]")];
 
 let analyst: Analyst | null = null;
@@ -47,12 +55,22 @@ function inTurn(job: () => Promise<void>): Promise<void> {
 
 async function analysePhoto(): Promise<void> {
   if (!analyst || !photo) return;
-  const result = await analyst.analyse({ ...photo, longestPx: PHOTO_PX, goal });
+  const result = await analyst.analyse(taskOf(photo, PHOTO_PX));
   photo.picture = result.picture;
   show(result);
-  const { preprocess, inference, postprocess, draw } = result.timingsMs;
-  showSpeed(`${(preprocess + inference + postprocess + draw).toFixed(0)} ms`);
+  showSpeed(`${result.totalMs.toFixed(0)} ms`);
   say(describeGround(result));
+}
+
+function taskOf({ picture, focal35mm }: Photo, longestPx: number) {
+  const fovDeg = valueOf(lensInput);
+  const camera: Lens | null = fovDeg !== null ? { fovDeg } : focal35mm !== null ? { focal35mm } : null;
+  return { picture, camera, cameraHeightM: valueOf(heightInput), longestPx, goal };
+}
+
+/** What someone typed; null where it is nothing, or no number within the field's bounds. */
+function valueOf(input: HTMLInputElement): number | null {
+  return input.value !== "" && input.validity.valid ? input.valueAsNumber : null;
 }
 
 function show(result: Analysis): void {
@@ -60,7 +78,9 @@ function show(result: Analysis): void {
   view.showAnalysis(result);
   showPath(result.path);
   showReading();
-  if (analyst) byId("run").textContent = describeRun(analyst.engine, analyst.threads, result);
+  byId("pose").textContent = describePose(result.prediction);
+  const lens = valueOf(lensInput) !== null ? "set" : photo?.focal35mm ? "photo" : "assumed";
+  if (analyst) byId("run").textContent = describeRun(analyst.engine, analyst.threads, result, lens);
   // For programs around the page, and for its tests.
   if (performance.getEntriesByName("first result").length === 0) performance.mark("first result");
   document.dispatchEvent(new CustomEvent("footprints-result", { detail: result }));
@@ -80,7 +100,7 @@ function showReading(): void {
     view.showPointer(null);
     return;
   }
-  const { distance, what } = describePlace(analysis.maps, pixelAt(analysis.maps, place));
+  const { distance, what } = describePlace(analysis.prediction, place);
   byId("distance").textContent = distance;
   byId("what").textContent = what;
   view.showPointer(pointer && { at: pointer, text: distance, by: pointing });
@@ -153,7 +173,7 @@ async function film(running: Camera): Promise<void> {
     const picture = await running.nextFrame();
     await inTurn(async () => {
       if (camera !== running || !analyst) return;
-      const result = await analyst.analyse({ picture, focal35mm: null, longestPx: FILM_PX, goal });
+      const result = await analyst.analyse(taskOf({ picture, focal35mm: null }, FILM_PX));
       photo = { picture: result.picture, focal35mm: null }; // the last frame stays when it stops
       show(result);
       finished.push(performance.now());
@@ -313,6 +333,23 @@ fileInput.addEventListener("change", () => {
 
 for (const input of engineInputs) {
   input.addEventListener("change", () => void useEngine(input.value as Engine));
+}
+
+// What is known of a camera holds for the next visit.
+for (const input of [lensInput, heightInput]) {
+  try {
+    input.value = localStorage.getItem(input.id) ?? "";
+  } catch {
+    // Some private windows keep nothing.
+  }
+  input.addEventListener("change", () => {
+    try {
+      localStorage.setItem(input.id, input.validity.valid ? input.value : "");
+    } catch {
+      // As above.
+    }
+    if (!camera) void inTurn(analysePhoto);
+  });
 }
 
 // --- start

@@ -1,27 +1,34 @@
 /** What the page and its worker say to each other. */
 
-import type { Maps, Point } from "./core/maps";
-import type { ModelFacts } from "./core/model-facts";
-import type { DistanceLabel } from "./core/overlay";
-import type { GroundPath, NoPath } from "./core/path";
+import type { Camera, DistanceLabel, GroundMapsData, GroundPath, Prediction } from "footprints-edge";
 
 /** What runs the network: the processor through WebAssembly, or the graphics chip. */
 export type Engine = "wasm" | "webgpu";
 
+/** A place in a picture, as fractions of its sides: (0, 0) is its top left corner, (1, 1) the other. */
+export interface Point {
+  x: number;
+  y: number;
+}
+
+/** Why there is no path. */
+export type NoPath = "goal off ground" | "no ground" | "no way" | "no plane";
+
 /** A picture to look at. */
 export interface Task {
   picture: ImageBitmap;
-  /** Its 35 mm equivalent focal length in millimetres; null if it states none. */
-  focal35mm: number | null;
+  /** Null for what is usual: see `PredictOptions`. */
+  camera: Camera | null;
+  cameraHeightM: number | null;
   /** The longer side of the layer that is drawn, in pixels. */
   longestPx: number;
   /** Where a path shall lead; null for nowhere. */
   goal: Point | null;
 }
 
-/** The result for one picture. */
+/** The result for one picture, as the page has it. */
 export interface Analysis {
-  maps: Maps;
+  prediction: Prediction;
   /** The picture as it was analysed, to show below the layer. */
   picture: ImageBitmap;
   /** The ground, drawn on transparency. */
@@ -29,8 +36,12 @@ export interface Analysis {
   labels: DistanceLabel[];
   /** To the goal; null where none was given. */
   path: GroundPath | NoPath | null;
-  timingsMs: { preprocess: number; inference: number; postprocess: number; draw: number };
+  /** Milliseconds, drawing among them. */
+  totalMs: number;
 }
+
+/** The result as it travels. */
+export type Sent = Omit<Analysis, "prediction"> & { prediction: GroundMapsData };
 
 /** What the page asks. */
 export type Request =
@@ -40,8 +51,8 @@ export type Request =
 
 /** What the worker answers. */
 export type Reply =
-  | { kind: "started"; facts: ModelFacts; threads: number }
-  | { kind: "analysed"; result: Analysis }
+  | { kind: "started"; threads: number | null }
+  | { kind: "analysed"; result: Sent }
   | { kind: "path"; path: GroundPath | NoPath | null }
   | { kind: "failed"; message: string };
 

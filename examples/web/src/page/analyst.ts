@@ -1,9 +1,8 @@
 /** The page's end of the line to the worker that looks at pictures. */
 
-import type { Point } from "../core/maps";
-import type { ModelFacts } from "../core/model-facts";
-import type { GroundPath, NoPath } from "../core/path";
-import type { Analysis, Asked, Engine, Replied, Reply, Request, Task } from "../messages";
+import { Prediction, type GroundPath } from "footprints-edge";
+
+import type { Analysis, Asked, Engine, NoPath, Point, Replied, Reply, Request, Task } from "../messages";
 
 type Kind = Reply["kind"];
 type ReplyOf<K extends Kind> = Extract<Reply, { kind: K }>;
@@ -15,8 +14,7 @@ export class Analyst {
   });
   private readonly waiting = new Map<number, (reply: Reply) => void>();
   private asked = 0;
-  facts!: ModelFacts;
-  threads = 1;
+  threads: number | null = null;
 
   private constructor(readonly engine: Engine) {
     this.worker.onmessage = ({ data: { id, reply } }: MessageEvent<Replied>) => {
@@ -38,8 +36,8 @@ export class Analyst {
   static async start(engine: Engine): Promise<Analyst> {
     const analyst = new Analyst(engine);
     try {
-      const { facts, threads } = await analyst.ask({ kind: "start", engine }, "started");
-      return Object.assign(analyst, { facts, threads });
+      const { threads } = await analyst.ask({ kind: "start", engine }, "started");
+      return Object.assign(analyst, { threads });
     } catch (error) {
       analyst.stop();
       throw error;
@@ -49,7 +47,7 @@ export class Analyst {
   /** Looks at a picture, which is handed over and comes back with the result. */
   async analyse(task: Task): Promise<Analysis> {
     const reply = await this.ask({ kind: "analyse", ...task }, "analysed", [task.picture]);
-    return reply.result;
+    return { ...reply.result, prediction: new Prediction(reply.result.prediction) };
   }
 
   /** A path in the last picture; null if there was none yet. */

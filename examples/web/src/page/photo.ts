@@ -1,6 +1,6 @@
 /** Pictures from files. */
 
-import { focalLength35mm } from "../core/focal-length";
+import { focalLength35mm } from "footprints-edge";
 
 /** EXIF blocks come first in a file and are at most 64 KiB long. */
 const EXIF_BYTES = 2 ** 17;

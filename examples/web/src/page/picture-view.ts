@@ -1,9 +1,8 @@
 /** The picture with its layer, and what is drawn on top: numbers, path, pointer. */
 
-import { TICKS_M } from "../core/colours";
-import type { Point } from "../core/maps";
-import type { GroundPath } from "../core/path";
-import type { Analysis } from "../messages";
+import { TICKS_M, type GroundPath, type Size } from "footprints-edge";
+
+import type { Analysis, Point } from "../messages";
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -98,7 +97,8 @@ export class PictureView {
       if (inTheWay.some((place) => Math.hypot(place.x - x, place.y - y) < CLEAR_PX)) continue;
       drawn.push(pill({ x, y }, tickWords(label.metres), "tick", width));
     }
-    if (this.path) drawn.push(...pathMarks(this.path, at));
+    const size = this.analysis?.prediction.imageSize;
+    if (this.path && size) drawn.push(...pathMarks(this.path, size, at));
     if (this.goal) {
       const { x, y } = at(this.goal);
       drawn.push(shape("circle", { class: this.path ? "goal" : "goal missed", cx: x, cy: y, r: 7 }));
@@ -119,8 +119,8 @@ function tickWords(metres: number): string {
   return metres === TICKS_M.at(-1) ? `${metres}+ m` : `${metres} m`;
 }
 
-function pathMarks(path: GroundPath, at: (point: Point) => Point): SVGElement[] {
-  const line = smoothed(path.points).map(at);
+function pathMarks(path: GroundPath, size: Size, at: (point: Point) => Point): SVGElement[] {
+  const line = path.pixels.map(([x, y]) => at({ x: (x + 0.5) / size.width, y: (y + 0.5) / size.height }));
   const draw = (points: Point[], kind: string) =>
     shape("polyline", {
       class: kind,
@@ -133,16 +133,6 @@ function pathMarks(path: GroundPath, at: (point: Point) => Point): SVGElement[] 
   const { x, y } = line[0];
   marks.push(shape("circle", { class: "stand", cx: x, cy: y - 4, r: 6 }));
   return marks;
-}
-
-/** The path without its stairs: a moving mean over up to nine pixels that keeps both ends. */
-function smoothed(points: Point[]): Point[] {
-  return points.map((_, i) => {
-    const reach = Math.min(4, i, points.length - 1 - i);
-    const near = points.slice(i - reach, i + reach + 1);
-    const mean = (axis: "x" | "y") => near.reduce((sum, each) => sum + each[axis], 0) / near.length;
-    return { x: mean("x"), y: mean("y") };
-  });
 }
 
 /** First and last index of each run of `true`. */

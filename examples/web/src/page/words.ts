@@ -1,8 +1,8 @@
 /** Results in words. */
 
-import { placeAt, THRESHOLD, type Maps } from "../core/maps";
-import type { GroundPath, NoPath } from "../core/path";
-import type { Analysis, Engine } from "../messages";
+import { ASSUMED_FOV_DEG, type GroundPath, type Prediction } from "footprints-edge";
+
+import type { Analysis, Engine, NoPath, Point } from "../messages";
 
 /** A distance for people: `2.4 m`, `12 m`. */
 export function metres(distanceM: number): string {
@@ -10,22 +10,26 @@ export function metres(distanceM: number): string {
 }
 
 /** What is at a place: the distance that matters most, and what it is the distance of. */
-export function describePlace(maps: Maps, pixel: number): { distance: string; what: string } {
-  const seen = metres(maps.visibleDepthM[pixel]);
-  const ground = metres(maps.groundDepthM[pixel]);
-  switch (placeAt(maps, pixel)) {
-    case "visible":
-      return { distance: seen, what: "ground you can see" };
-    case "hidden":
-      return { distance: ground, what: `hidden ground, behind something at ${seen}` };
-    case "none":
-      return { distance: seen, what: "not walkable" };
-  }
+export function describePlace(
+  prediction: Prediction,
+  { x, y }: Point,
+): { distance: string; what: string } {
+  const { imageSize, mapSize } = prediction;
+  const place = prediction.at([x * imageSize.width - 0.5, y * imageSize.height - 0.5]);
+  const seen = metres(place.visibleDepthM);
+  if (place.ground === "none") return { distance: seen, what: "not walkable" };
+  const inMaps = [x * mapSize.width - 0.5, y * mapSize.height - 0.5] as const;
+  const placeM = prediction.laidOnto?.atPixel(inMaps, prediction.intrinsics);
+  const alongFloor = placeM && Number.isFinite(placeM[0]) ? `, ${metres(Math.hypot(...placeM))} along it` : "";
+  const what =
+    place.ground === "visible" ? "ground you can see" : `hidden ground, behind something at ${seen}`;
+  return { distance: metres(place.groundDepthM), what: what + alongFloor };
 }
 
 const NO_PATH: Record<NoPath, string> = {
   "goal off ground": "No path: that place is not walkable.",
   "no ground": "No path: there is no walkable ground in this picture.",
+  "no plane": "No path: the ground in this picture is not flat, or there is too little of it.",
   "no way": "No path: no walkable ground joins you and that place.",
 };
 
@@ -33,31 +37,46 @@ const NO_PATH: Record<NoPath, string> = {
 export function describePath(path: GroundPath | NoPath): string {
   if (typeof path === "string") return NO_PATH[path];
   const hidden = path.hidden.filter(Boolean).length;
-  const words = path.lengthM === null ? "Path found" : `Path of ${metres(path.lengthM)}`;
+  const words = `Path of ${metres(path.lengthM)}`;
   if (hidden === 0) return `${words}, all of it in sight.`;
   return `${words}, ${Math.max(1, Math.round((100 * hidden) / path.hidden.length))} % of it hidden.`;
 }
 
 /** How much of the picture is ground, for those who do not see it. */
-export function describeGround({ maps }: Analysis): string {
-  const share = (probability: Float32Array) =>
-    Math.round((100 * probability.filter((each) => each > THRESHOLD).length) / probability.length);
-  const visible = share(maps.visibleGroundProbability);
-  const all = share(maps.groundProbability);
+export function describeGround({ prediction: { visibleGround, ground } }: Analysis): string {
+  const share = (mask: Uint8Array) =>
+    Math.round((100 * mask.reduce((sum, each) => sum + each, 0)) / mask.length);
+  const [visible, all] = [share(visibleGround), share(ground)];
   if (all === 0) return "No walkable ground found.";
   return `Walkable ground on ${Math.max(visible, all)} % of the picture, ${visible} % in sight.`;
 }
 
+/** Height and pitch of the camera: as set, or as the ground shows them. */
+export function describePose({ laidOnto, pose }: Prediction): string {
+  if (!laidOnto) return "The ground shows no plane: distances are the network's own.";
+  const height = `${laidOnto.cameraHeightM.toFixed(2)} m above the ground`;
+  const pitch = `looks down by ${laidOnto.pitchDeg.toFixed(0)}°`;
+  return `Camera ${height}${pose.heightM === null ? " (estimated)" : ""}, ${pitch}.`;
+}
+
 export const ENGINE_NAMES: Record<Engine, string> = { wasm: "WebAssembly", webgpu: "WebGPU" };
 
-/** What ran, on what, and how long it took. */
-export function describeRun(engine: Engine, threads: number, analysis: Analysis): string {
-  const { preprocess, inference, postprocess, draw } = analysis.timingsMs;
-  const workers = engine === "wasm" ? `, ${threads} ${threads === 1 ? "thread" : "threads"}` : "";
-  const { width, height, camera } = analysis.maps;
-  const lens = camera.source === "exif" ? "lens from the photo" : "lens assumed: 60° wide";
+/** What ran, on what, and how long it took. `lens` says where the focal length came from. */
+export function describeRun(
+  engine: Engine,
+  threads: number | null,
+  { prediction, totalMs }: Analysis,
+  lens: "set" | "photo" | "assumed",
+): string {
+  const workers = threads === null ? "" : `, ${threads} ${threads === 1 ? "thread" : "threads"}`;
+  const { width, height } = prediction.mapSize;
+  const lenses = {
+    set: "lens as set",
+    photo: "lens from the photo",
+    assumed: `lens assumed: ${ASSUMED_FOV_DEG}° wide`,
+  };
   return (
-    `${ENGINE_NAMES[engine]}${workers} · network ${inference.toFixed(0)} ms of ` +
-    `${(preprocess + inference + postprocess + draw).toFixed(0)} ms · ${width} × ${height} · ${lens}`
+    `${ENGINE_NAMES[engine]}${workers} · network ${prediction.timingsMs.inference.toFixed(0)} ms of ` +
+    `${totalMs.toFixed(0)} ms · ${width} × ${height} · ${lenses[lens]}`
   );
 }

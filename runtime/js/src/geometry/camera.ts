@@ -17,12 +17,14 @@ export interface Intrinsics {
 }
 
 /**
- * A camera as a caller knows it: intrinsics in pixels of the upright picture, its horizontal field of
- * view in degrees, or its 35 mm equivalent focal length in millimetres.
+ * A camera as a caller knows it: intrinsics in pixels of the upright picture, its field of view in degrees
+ * (horizontal, or along the longer side, whichever way it is held), or its 35 mm equivalent focal length
+ * in millimetres.
  */
 export type Camera =
   | { fx: number; fy: number; cx: number; cy: number }
   | { hfovDeg: number }
+  | { fovDeg: number }
   | { focal35mm: number };
 
 /** Field of view along the longer side of a picture that does not say which camera took it. */
@@ -50,14 +52,9 @@ export function intrinsicsOf(
       : centred(picture, fromFocal35mm(picture, exif35mm), "exif");
   }
   if ("focal35mm" in camera) return centred(picture, fromFocal35mm(picture, camera.focal35mm), "given");
-  if ("hfovDeg" in camera) {
-    if (!(camera.hfovDeg > 1e-6 && camera.hfovDeg < 180 - 1e-6)) {
-      throw new IntrinsicsError(
-        `a pinhole camera cannot have a horizontal field of view of ${camera.hfovDeg} degrees; ` +
-          "give an angle between 0 and 180 (phones: about 65)",
-      );
-    }
-    return centred(picture, focalPx(picture.width, camera.hfovDeg), "given");
+  if ("hfovDeg" in camera) return centred(picture, focalPx(picture.width, camera.hfovDeg), "given");
+  if ("fovDeg" in camera) {
+    return centred(picture, focalPx(Math.max(picture.height, picture.width), camera.fovDeg), "given");
   }
   const { fx, fy, cx, cy } = camera;
   return checked({ fx, fy, cx, cy, source: "given" });
@@ -82,6 +79,12 @@ export function disparityToDepth(disparity: number, nearestM = 0.1, farthestM = 
 }
 
 function focalPx(side: number, fovDeg: number): number {
+  if (!(fovDeg > 1e-6 && fovDeg < 180 - 1e-6)) {
+    throw new IntrinsicsError(
+      `a pinhole camera cannot have a field of view of ${fovDeg} degrees; give an angle between 0 and 180 ` +
+        "(phones: about 65)",
+    );
+  }
   return side / 2 / Math.tan((fovDeg * Math.PI) / 360);
 }
 
@@ -101,7 +104,7 @@ function checked(camera: Intrinsics): Intrinsics {
     if (!isPossible || (name.startsWith("f") && value < 1 / MOST_PX)) {
       throw new IntrinsicsError(
         `the camera's ${name} is ${value}; give { fx, fy, cx, cy } in pixels of the upright picture, ` +
-          "{ hfovDeg } or { focal35mm }",
+          "{ fovDeg }, { hfovDeg } or { focal35mm }",
       );
     }
   }

@@ -28,7 +28,13 @@ export async function decodeImage(source: ImageSource): Promise<DecodedImage> {
   let bitmap: ImageBitmap;
   try {
     bitmap =
-      drawable instanceof ImageBitmap ? drawable : await createImageBitmap(drawable as ImageBitmapSource);
+      drawable instanceof ImageBitmap
+        ? drawable
+        : // Colours as they are in the file: that is what the network was trained on.
+          await createImageBitmap(drawable as ImageBitmapSource, {
+            imageOrientation: "from-image",
+            colorSpaceConversion: "none",
+          });
   } catch (error) {
     const reason = error instanceof Error ? error.message : String(error);
     throw new ImageError(`this is not a picture that this browser can read: ${reason}`, { cause: error });

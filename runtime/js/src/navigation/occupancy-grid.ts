@@ -85,14 +85,14 @@ export class OccupancyGrid {
    *   without an occupied cell.
    */
   nearestObstacleM(bearingsDeg: readonly number[]): Float32Array {
-    const farthestM = Math.hypot(this.rows, this.columns) * this.cellM;
+    const quarters = 4 * Math.hypot(this.rows, this.columns);
     return Float32Array.from(bearingsDeg, (bearingDeg) => {
       const angle = (bearingDeg * Math.PI) / 180;
-      for (let rangeM = 0; rangeM < farthestM; rangeM += 0.25 * this.cellM) {
-        const row = Math.floor(this.rows - (Math.cos(angle) * rangeM) / this.cellM);
-        const column = Math.floor(this.rows - (Math.sin(angle) * rangeM) / this.cellM);
+      for (let i = 0; i < quarters; i++) {
+        const row = Math.floor(this.rows - (Math.cos(angle) * i) / 4);
+        const column = Math.floor(this.rows - (Math.sin(angle) * i) / 4);
         const isInside = row >= 0 && row < this.rows && column >= 0 && column < this.columns;
-        if (isInside && this.cells[row * this.columns + column] === OCCUPIED) return rangeM;
+        if (isInside && this.cells[row * this.columns + column] === OCCUPIED) return (i / 4) * this.cellM;
       }
       return Infinity;
     });

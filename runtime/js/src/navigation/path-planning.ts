@@ -101,7 +101,8 @@ export function findPath(
     );
   }
   const cornersM = [ends[0].placeM, ...route.slice(1, -1).map((cell) => grid.placeM(cell)), ends[1].placeM];
-  const placesM = dense(shortened(cornersM, costs, grid), cellM);
+  const linesM = shortened(cornersM, costs, grid);
+  const placesM = dense(linesM, cellM);
   const hidden = placesM.map((placeM) => cells[grid.cellAt(...placeM)] === HIDDEN);
   const project = plane.projection(maps.intrinsics);
   return {
@@ -109,7 +110,7 @@ export function findPath(
     placesM,
     hidden,
     passesHiddenGround: hidden.includes(true),
-    cost: lineCost(placesM, costs, grid),
+    cost: lineCost(linesM, costs, grid),
     lengthM: placesM.slice(1).reduce((sum, place, i) => sum + apart(place, placesM[i]), 0),
   };
 }

@@ -7,7 +7,7 @@ import { join } from "node:path";
 
 import { afterAll, beforeAll, expect, inject, it } from "vitest";
 
-import { fixturePath, numpyFile } from "../fixtures";
+import { fixturePath, numpyFile } from "../../../runtime/js/tests/fixtures";
 import type { Outputs, Vector } from "./vectors-page";
 import { PATIENCE, Visit } from "./visit";
 
@@ -25,7 +25,7 @@ let scratch: string;
 beforeAll(async () => {
   scratch = mkdtempSync(join(tmpdir(), "footprints-web-"));
   visit = await Visit.begin();
-  await visit.page.goto(new URL("tests/browser/vectors.html", inject("sourceUrl")).href);
+  await visit.page.goto(new URL("tests/vectors.html", inject("sourceUrl")).href);
   await visit.page.waitForFunction(() => "run" in globalThis, null, { timeout: 30_000 * PATIENCE });
 });
 

@@ -1,6 +1,6 @@
-"""Writes what the web page's tests compare with: what the Python runtime makes of the same input.
+"""Writes what the tests in JavaScript compare with: what the Python runtime makes of the same input.
 
-The test vectors of the bundled model are among it. Run `python examples/web/tests/make_fixtures.py`
+The test vectors of the bundled model are among it. Run `python runtime/js/tests/make_fixtures.py`
 from anywhere. Everything is cut from the example picture `examples/room.jpg`; arrays are `.npy`,
 facts are in `facts.json`, films for Chromium's fake camera are `.mjpeg`.
 """
@@ -18,12 +18,11 @@ import footprints_edge as fp
 from footprints_edge.drawing.colormap import colour_scale, scale_position
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import disparity_to_depth
-from footprints_edge.inputs.preprocessing import preprocess, working_size
-from footprints_edge.navigation.path_planning import STEP_COST, cheapest_route
+from footprints_edge.inputs.preprocessing import FILTERS, preprocess, working_size
 from footprints_edge_export.verification.test_vectors import write_vectors
 
 FIXTURES = Path(__file__).parent / "fixtures"
-ROOM = Path(__file__).parents[2] / "room.jpg"
+ROOM = Path(__file__).parents[3] / "examples" / "room.jpg"
 
 # from (H, W) to (h, w): smaller, larger, one side alone, both ways at once
 RESIZES: tuple[tuple[Size, Size], ...] = (
@@ -36,7 +35,6 @@ RESIZES: tuple[tuple[Size, Size], ...] = (
     ((1, 1), (64, 64)),
 )
 SIZES = ((720, 1280), (1280, 720), (480, 640), (1000, 1000), (300, 4000), (33, 47), (1, 9000))
-GOALS = ((0.381, 0.617), (0.902, 0.753), (0.053, 0.947))
 FILM_FRAMES, FILM_HZ = 30, 10
 EXACT = {"session.x64quantprecision": "1"}
 """Lets onnxruntime multiply int8 without saturation on x86 processors that have no VNNI.
@@ -77,7 +75,7 @@ def write_resizes() -> None:
         rgb = rng.integers(0, 256, (*size, 3), dtype=np.uint8)
         rgb[:, ::2] //= 2
         np.save(FIXTURES / f"resize-{i}.npy", rgb)
-        for name in ("lanczos", "bilinear"):
+        for name in FILTERS:
             np.save(FIXTURES / f"resize-{i}-{name}.npy", preprocess(rgb, to, name)[0])
 
 
@@ -94,7 +92,7 @@ def cut_outs(room: Image.Image) -> dict[str, bytes]:
 
 
 def write_photo(model: fp.Model, name: str, data: bytes) -> dict[str, object]:
-    """Writes the photo and its maps; returns its camera and its paths."""
+    """Writes the photo and its maps; returns its camera."""
     (FIXTURES / name).write_bytes(data)
     prediction = model.predict(data)
     maps: list[NDArray[np.float32]] = [
@@ -104,36 +102,8 @@ def write_photo(model: fp.Model, name: str, data: bytes) -> dict[str, object]:
         prediction.unmasked_ground_depth_m,
     ]
     np.save(FIXTURES / f"{name}.npy", np.stack(maps))
-    plain_depth_m = model.predict(data, flatten=False).unmasked_ground_depth_m
-    np.save(FIXTURES / f"{name}-plain-depth.npy", plain_depth_m)
     camera = prediction.intrinsics
-    return {
-        "camera": [camera.fx, camera.fy, camera.cx, camera.cy, camera.source],
-        "paths": [path for goal in GOALS if (path := _path(prediction, goal)) is not None],
-    }
-
-
-def _path(prediction: fp.Prediction, goal: tuple[float, float]) -> dict[str, object] | None:
-    """The path from the ground nearest to the bottom centre, as the page plans it.
-
-    The page plans over the pixels of the maps; the runtime plans in metres, on the ground plane.
-    """
-    rows, columns = prediction.map_size
-    ground_rows, ground_columns = np.nonzero(prediction.ground)
-    away = (ground_columns - (columns - 1) / 2) ** 2 + (rows - 1 - ground_rows) ** 2
-    nearest = int(np.argmin(away))
-    start = int(ground_rows[nearest]), int(ground_columns[nearest])
-    end = round(goal[1] * rows - 0.5), round(goal[0] * columns - 0.5)
-    costs = np.where(prediction.ground, 1 - prediction.ground_probability + STEP_COST, -1)
-    if costs[end] < 0:
-        return None
-    route, cost = cheapest_route(costs, start, end)
-    if route is None:
-        return None
-    pixels = route[:, ::-1].astype(np.float64)
-    places_m = prediction.ground_plane().at_pixels(pixels, prediction.intrinsics)
-    length_m = float(np.linalg.norm(np.diff(places_m, axis=0), axis=1).sum())
-    return {"goal": goal, "cost": cost, "length_m": length_m}
+    return {"camera": [camera.fx, camera.fy, camera.cx, camera.cy, camera.source]}
 
 
 def write_film(room: Image.Image, name: str, size: Size) -> None:

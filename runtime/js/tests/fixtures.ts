@@ -5,7 +5,6 @@ import { fileURLToPath } from "node:url";
 
 export type Photo = {
   camera: [number, number, number, number, "exif" | "assumed"];
-  paths: { goal: [number, number]; cost: number; length_m: number }[];
 };
 
 export interface Facts {
@@ -37,9 +36,10 @@ export function readBytes(path: string): NumpyArray<Uint8Array> {
   return { shape, data: new Uint8Array(body) };
 }
 
-/** A `.npy` file of 32-bit floats. */
+/** A `.npy` file of floats. */
 export function readFloats(path: string): NumpyArray<Float32Array> {
   const { type, shape, body } = readNumpy(path);
+  if (type === "<f8") return { shape, data: Float32Array.from(new Float64Array(body)) };
   if (type !== "<f4") throw new Error(`${path} holds ${type}, not <f4`);
   return { shape, data: new Float32Array(body) };
 }

@@ -2,8 +2,9 @@
 
 import { chromium, type Browser, type BrowserContext, type Page } from "playwright-core";
 
-import type { Maps } from "../../src/core/maps";
-import { fixturePath } from "../fixtures";
+import type { Prediction } from "footprints-edge";
+
+import { fixturePath } from "../../../runtime/js/tests/fixtures";
 
 /** No calls home of the browser's own: they would look like requests of the page. */
 const FLAGS = [
@@ -94,17 +95,18 @@ export class Visit {
   /** The maps of the last result: float32 [4, height, width], as in the fixtures. */
   async maps(): Promise<{ shape: number[]; data: Float32Array }> {
     const { shape, url } = await this.page.evaluate(async () => {
-      const { maps } = (globalThis as unknown as { results: { maps: Maps }[] }).results.at(-1)!;
+      const results = (globalThis as unknown as { results: { prediction: Prediction }[] }).results;
+      const { prediction } = results.at(-1)!;
       const channels = [
-        maps.visibleGroundProbability,
-        maps.groundProbability,
-        maps.visibleDepthM,
-        maps.groundDepthM,
+        prediction.visibleGroundProbability,
+        prediction.groundProbability,
+        prediction.visibleDepthM,
+        prediction.unmaskedGroundDepthM,
       ];
       const reader = new FileReader();
       reader.readAsDataURL(new Blob(channels as BlobPart[]));
       await new Promise((resolve) => (reader.onload = resolve));
-      return { shape: [4, maps.height, maps.width], url: reader.result as string };
+      return { shape: [4, prediction.mapSize.height, prediction.mapSize.width], url: reader.result as string };
     });
     const bytes = Buffer.from(url.slice(url.indexOf(",") + 1), "base64");
     return { shape, data: new Float32Array(Uint8Array.from(bytes).buffer) };

@@ -2,8 +2,7 @@
 
 import { afterAll, beforeAll, expect, inject, it } from "vitest";
 
-import { THRESHOLD } from "../../src/core/maps";
-import { facts, fixturePath, readFloats } from "../fixtures";
+import { facts, fixturePath, readFloats } from "../../../runtime/js/tests/fixtures";
 import { Visit } from "./visit";
 
 let visit: Visit;
@@ -36,7 +35,7 @@ it.each(Object.keys(facts().photos))("in %s", async (name) => {
 
   const masks = (maps: Float32Array) => {
     const [visible, ground] = [0, 1].map((channel) =>
-      Array.from(maps.subarray(channel * pixels, (channel + 1) * pixels), (each) => each > THRESHOLD),
+      Array.from(maps.subarray(channel * pixels, (channel + 1) * pixels), (each) => each > 0.5),
     );
     return { visible, ground, hidden: ground.map((each, i) => each && !visible[i]) };
   };

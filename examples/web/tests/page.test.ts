@@ -1,8 +1,9 @@
 /** What a visitor meets. */
 
+import type { Prediction } from "footprints-edge";
 import { afterAll, afterEach, beforeAll, describe, expect, inject, it } from "vitest";
 
-import { fixturePath } from "../fixtures";
+import { fixturePath } from "../../../runtime/js/tests/fixtures";
 import { PATIENCE, Visit, type VisitOptions } from "./visit";
 
 /** Seconds from the start of loading to the first result, on a machine that does nothing else. */
@@ -116,9 +117,9 @@ describe("the camera", () => {
     await visit.resultCount(5);
     expect(await visit.says("#speed", /^[0-9.]+ frames\/s$/)).toBeTruthy();
     const sums = await page.evaluate(() =>
-      (globalThis as unknown as { results: { maps: { groundProbability: Float32Array } }[] }).results
+      (globalThis as unknown as { results: { prediction: { groundProbability: Float32Array } }[] }).results
         .slice(-3)
-        .map(({ maps }) => maps.groundProbability.reduce((sum, each) => sum + each)),
+        .map(({ prediction }) => prediction.groundProbability.reduce((sum, each) => sum + each)),
     );
     expect(new Set(sums).size).toBeGreaterThan(1);
 
@@ -172,27 +173,67 @@ describe("on a desk without a camera", () => {
     };
     const [near, nearWords] = await readAt(0.97);
     const [far, farWords] = await readAt(0.75);
-    expect(nearWords).toBe("ground you can see");
-    expect(farWords).toBe("ground you can see");
+    expect(nearWords).toMatch(/^ground you can see, \d\.\d m along it$/);
+    expect(farWords).toMatch(/^ground you can see, /);
     expect(parseFloat(near)).toBeGreaterThan(1.5);
     expect(parseFloat(far)).toBeGreaterThan(parseFloat(near));
     expect((await readAt(0.1))[1]).toBe("not walkable");
+  });
+
+  it("reads on each line the distance that stands on the line", async () => {
+    const off = await visit.page.evaluate(() => {
+      type Result = { prediction: Prediction; labels: { metres: number; x: number; y: number }[] };
+      const { prediction, labels } = (globalThis as unknown as { results: Result[] }).results.at(-1)!;
+      const { width, height } = prediction.imageSize;
+      return labels.map(({ metres, x, y }) =>
+        Math.abs(prediction.at([x * width, y * height]).groundDepthM / metres - 1),
+      );
+    });
+    expect(off.length).toBeGreaterThan(1);
+    // a line runs between two pixels of the maps
+    expect(Math.max(...off)).toBeLessThan(0.05);
+  });
+
+  it("takes a lens and a height, and moves the metres by them", async () => {
+    const { page } = visit;
+    const set = async (id: string, value: string) => {
+      const before = await visit.results();
+      await page.fill(id, value);
+      await page.press(id, "Tab");
+      await visit.resultCount(before + 1);
+    };
+    const plane = () =>
+      page.evaluate(() => {
+        const results = (globalThis as unknown as { results: { prediction: Prediction }[] }).results;
+        const { laidOnto, intrinsics } = results.at(-1)!.prediction;
+        return { heightM: laidOnto!.cameraHeightM, focalPx: intrinsics.fx };
+      });
+    const estimated = await plane();
+    await set("#height", "2.5");
+    expect((await plane()).heightM).toBeCloseTo(2.5, 6);
+    expect(await visit.text("#pose")).toMatch(/^Camera 2\.50 m above the ground, looks down by/);
+    await set("#height", "");
+    await set("#lens", "90");
+    expect((await plane()).focalPx).toBeCloseTo(448 / 2, 6);
+    expect(await visit.text("#run")).toContain("lens as set");
+    await set("#lens", "");
+    expect(await plane()).toEqual(estimated);
   });
 
   it("finds a path by keys alone, and says so aloud", async () => {
     const { page } = visit;
     await page.mouse.move(0, 0);
     const reached = new Set<string>();
-    for (let i = 0; i < 6; i++) {
+    for (let i = 0; i < 8; i++) {
       await page.keyboard.press("Tab");
       reached.add(await page.evaluate(() => document.activeElement!.id || document.activeElement!.tagName));
     }
-    expect([...reached]).toEqual(expect.arrayContaining(["picture", "camera", "file"]));
+    expect([...reached]).toEqual(expect.arrayContaining(["picture", "camera", "file", "lens", "height"]));
 
     await page.focus("#picture");
     await page.keyboard.press("ArrowUp");
     await page.keyboard.press("Shift+ArrowLeft");
-    expect(await visit.says("#status", /m, /)).toMatch(/^\d+\.\d m, ground you can see$/);
+    expect(await visit.says("#status", /m, /)).toMatch(/^\d+\.\d m, ground you can see, \d+\.\d m along it$/);
     await page.keyboard.press("Enter");
     expect(await visit.says("#status", /Path of/)).toMatch(/^Path of \d+\.\d m/);
     expect(await page.locator("#marks .path-line").count()).toBe(1);
@@ -207,6 +248,7 @@ describe("on a desk without a camera", () => {
       'application "Picture with walkable ground"',
       'button "Camera"',
       'button "Photo"',
+      'group "Your camera"',
       'group "Runs on"',
       'radio "WebAssembly" [checked]',
       'radio "WebGPU"',

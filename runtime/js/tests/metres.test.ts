@@ -2,14 +2,16 @@ import { readFileSync } from "node:fs";
 
 import { describe, expect, it } from "vitest";
 
-import { cameraOf, disparityToDepth, scaledCamera } from "../../src/core/camera";
-import { COLOUR_SCALE, scalePosition } from "../../src/core/colours";
-import { focalLength35mm } from "../../src/core/focal-length";
-import { pixelAt, placeAt, readMaps } from "../../src/core/maps";
-import { readModelFacts } from "../../src/core/model-facts";
-import { facts, fixturePath, readFloats } from "../fixtures";
+import { COLOUR_SCALE, scalePosition } from "../src/drawing/colours.ts";
+import { CameraPoseError, IntrinsicsError, ModelError } from "../src/errors.ts";
+import { disparityToDepth, intrinsicsOf, scaledCamera } from "../src/geometry/camera.ts";
+import { poseOf } from "../src/geometry/camera-pose.ts";
+import { focalLength35mm } from "../src/inputs/focal-length.ts";
+import { decodeMaps } from "../src/maps/decode.ts";
+import { readMetadata } from "../src/model-files/metadata.ts";
+import { facts, fixturePath, readFloats } from "./fixtures.ts";
 
-const MODEL = new URL("../../../../runtime/footprints_edge/model_files/data/edge.onnx", import.meta.url);
+const MODEL = new URL("../../footprints_edge/model_files/data/edge.onnx", import.meta.url);
 const known = facts();
 
 function fileOf(name: string): ArrayBuffer {
@@ -23,14 +25,14 @@ describe("depth", () => {
   });
 
   it("grows with the focal length of the camera", () => {
-    const model = { ...readModelFacts(readFileSync(MODEL)), focalPx: 400 };
+    const model = { ...readMetadata(readFileSync(MODEL)), focalPx: 400 };
     const size = { height: 1, width: 1 };
     const output = Float32Array.from([0.9, 0.9, 0.01, 0.02]);
     const at = (focalPx: number) =>
-      readMaps(output, size, model, { fx: focalPx, fy: focalPx, cx: 0, cy: 0, source: "exif" });
+      decodeMaps(output, size, model, { fx: focalPx, fy: focalPx, cx: 0, cy: 0, source: "exif" });
     expect(at(400).visibleDepthM[0]).toBeCloseTo(disparityToDepth(0.01, 0.1, 100), 4);
     expect(at(800).visibleDepthM[0]).toBeCloseTo(2 * at(400).visibleDepthM[0], 4);
-    expect(at(800).groundDepthM[0]).toBeCloseTo(2 * disparityToDepth(0.02, 0.1, 100), 4);
+    expect(at(800).unmaskedGroundDepthM[0]).toBeCloseTo(2 * disparityToDepth(0.02, 0.1, 100), 4);
   });
 });
 
@@ -46,7 +48,7 @@ describe("camera", () => {
     const [height, width] = pictures[name];
     const focal = focalLength35mm(fileOf(name));
     const found = scaledCamera(
-      cameraOf({ height, width }, focal),
+      intrinsicsOf({ height, width }, null, focal),
       { height, width },
       { height: rows, width: columns },
     );
@@ -55,6 +57,24 @@ describe("camera", () => {
     expect([found.fx, found.fy, found.cx, found.cy].map((x) => x.toFixed(6))).toEqual(
       [fx, fy, cx, cy].map((x) => x.toFixed(6)),
     );
+  });
+});
+
+describe("a camera that is given", () => {
+  const size = { height: 720, width: 1280 };
+
+  it("has the field of view and the focal length that were given", () => {
+    expect(intrinsicsOf(size, { hfovDeg: 90 }).fx).toBeCloseTo(640, 6);
+    expect(intrinsicsOf({ height: 1280, width: 720 }, { fovDeg: 90 }).fx).toBeCloseTo(640, 6);
+    const { fx, source } = intrinsicsOf(size, null, 30);
+    expect(intrinsicsOf(size, { focal35mm: 30 }, 77).fx).toBe(fx);
+    expect(source).toBe("exif");
+  });
+
+  it("is refused if it cannot be", () => {
+    for (const camera of [{ hfovDeg: 180 }, { fovDeg: -1 }, { focal35mm: 0 }, { fx: 1, fy: NaN, cx: 0, cy: 0 }]) {
+      expect(() => intrinsicsOf(size, camera)).toThrow(IntrinsicsError);
+    }
   });
 });
 
@@ -73,7 +93,7 @@ describe("focal length", () => {
 describe("model file", () => {
   it("says what the file beside it says", () => {
     const { metadata } = JSON.parse(readFileSync(new URL("edge.onnx.json", MODEL), "utf8"));
-    expect(readModelFacts(readFileSync(MODEL))).toEqual({
+    expect(readMetadata(readFileSync(MODEL))).toEqual({
       name: metadata.name,
       precision: metadata.precision,
       licence: metadata.licence,
@@ -85,31 +105,30 @@ describe("model file", () => {
 
   it("is refused when it is another program's, or cut short", () => {
     const file = readFileSync(MODEL);
-    expect(() => readModelFacts(new Uint8Array())).toThrow(/lacks the metadata/);
-    expect(() => readModelFacts(file.subarray(0, file.length >> 1))).toThrow(/model file/);
+    expect(() => readMetadata(new Uint8Array())).toThrow(ModelError);
+    expect(() => readMetadata(file.subarray(0, file.length >> 1))).toThrow(/model file/);
   });
 });
 
-describe("places", () => {
-  const one = { fx: 1, fy: 1, cx: 0, cy: 0, source: "assumed" } as const;
-  const none = new Float32Array(3);
-  const maps = {
-    height: 1,
-    width: 3,
-    visibleGroundProbability: Float32Array.from([0.6, 0.4, 0.5]),
-    groundProbability: Float32Array.from([0.2, 0.9, 0.5]),
-    visibleDepthM: none,
-    groundDepthM: none,
-    camera: one,
-  };
-
-  it("are visible, hidden or none, strictly above the threshold", () => {
-    expect([0, 1, 2].map((pixel) => placeAt(maps, pixel))).toEqual(["visible", "hidden", "none"]);
+describe("a pose", () => {
+  it("comes from gravity", () => {
+    const tilt = (10 * Math.PI) / 180;
+    const pose = poseOf({ gravity: [0, 9.81 * Math.cos(tilt), 9.81 * Math.sin(tilt)], cameraHeightM: 1.2 });
+    expect(pose.heightM).toBe(1.2);
+    expect(pose.pitchDeg).toBeCloseTo(10, 9);
+    expect(pose.rollDeg).toBeCloseTo(0, 9);
   });
 
-  it("belong to the pixel that they are in, also on the border", () => {
-    const at = (x: number) => pixelAt(maps, { x, y: 1 });
-    expect([0, 0.33, 0.34, 0.99, 1].map(at)).toEqual([0, 0, 1, 2, 2]);
+  it("is refused if it cannot be", () => {
+    for (const options of [
+      { cameraHeightM: 0 },
+      { cameraHeightM: NaN },
+      { pitchDeg: 91 },
+      { gravity: [0, 0, 0] as const },
+      { gravity: [0, 1, 0] as const, rollDeg: 0 },
+    ]) {
+      expect(() => poseOf(options)).toThrow(CameraPoseError);
+    }
   });
 });
 
