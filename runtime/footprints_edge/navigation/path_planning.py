@@ -131,15 +131,17 @@ def find_path(
             f"with margin_m={margin_m:g}; try a smaller margin, a lower threshold, or other points"
         )
     corners_m = grid.places_m[route[:, 0], route[:, 1]]
-    corners_m = np.concatenate([[ends_m[0]], corners_m[1:-1], [ends_m[1]]])
-    places_m = _dense(_shortened(corners_m, costs, grid), cell_m)
+    # An end's line to the next cell may cut the corner of a closed one; to its own cell it cannot.
+    corners_m = np.concatenate([[ends_m[0]], corners_m, [ends_m[1]]])
+    corners_m = _shortened(corners_m, costs, grid)
+    places_m = _dense(corners_m, cell_m)
     at = _cells_of(grid, places_m)
     map_px = plane.to_pixels(places_m, prediction.intrinsics)
     return GroundPath(
         pixels=(map_px + 0.5) / _maps_per_picture(prediction) - 0.5,
         places_m=places_m,
         hidden=cells[at] == HIDDEN,
-        cost=_line_cost(places_m, costs, grid),
+        cost=sum(_line_cost(corners_m[i : i + 2], costs, grid) for i in range(len(corners_m) - 1)),
         length_m=float(np.linalg.norm(np.diff(places_m, axis=0), axis=1).sum()),
     )
 

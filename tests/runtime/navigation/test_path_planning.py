@@ -3,7 +3,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from predictions import make_prediction
 
@@ -84,15 +84,36 @@ def test_over_open_ground_a_path_is_the_straight_line(goal):
     assert np.linalg.norm(np.diff(path.places_m, axis=0), axis=1).max() < 0.051
 
 
-@settings(max_examples=25)
-@given(st.integers(0, 2**32 - 1))
-def test_a_path_never_leaves_the_ground(seed):
-    """Among pillars; a path touches no pixel of one by more than half a cell."""
-    rng = np.random.default_rng(seed)
+def among_pillars(rng):
+    """A floor with six pillars."""
     probability = np.ones(SIZE)
     for x, y in zip(rng.integers(10, 110, 6), rng.integers(32, 75, 6), strict=True):
         probability[y : y + 6, x : x + 12] = 0
     probability[85:, :] = probability[:30] = 1
+    return probability
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1))
+@example(22)
+@example(29)
+def test_a_path_that_begins_beside_an_obstacle_goes_round_it_all_the_same(seed):
+    rng = np.random.default_rng(seed)
+    prediction = world(among_pillars(rng))
+    floor = np.argwhere(prediction.ground & (np.arange(SIZE[0]) > 26)[:, None])[:, ::-1]
+    for start, goal in rng.choice(floor, (3, 2)):
+        try:
+            path = prediction.plan(start, goal)
+        except (NoPathError, OffGroundError):
+            continue
+        assert np.isfinite(path.cost)  # infinite where a line leads over what is closed
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1))
+def test_a_path_never_leaves_the_ground(seed):
+    """Among pillars; a path touches no pixel of one by more than half a cell."""
+    probability = among_pillars(np.random.default_rng(seed))
     prediction = world(probability)
     try:
         path = prediction.plan((64, 92), (64, 28))

@@ -100,7 +100,8 @@ export function findPath(
         `${ends[1].where} with marginM=${marginM}; try a smaller margin, a lower threshold, or other points`,
     );
   }
-  const cornersM = [ends[0].placeM, ...route.slice(1, -1).map((cell) => grid.placeM(cell)), ends[1].placeM];
+  // An end's line to the next cell may cut the corner of a closed one; to its own cell it cannot.
+  const cornersM = [ends[0].placeM, ...route.map((cell) => grid.placeM(cell)), ends[1].placeM];
   const linesM = shortened(cornersM, costs, grid);
   const placesM = dense(linesM, cellM);
   const hidden = placesM.map((placeM) => cells[grid.cellAt(...placeM)] === HIDDEN);
