@@ -98,7 +98,7 @@ def node():
     """The function that runs one of the programs for Node."""
     if not (EXAMPLES / "node" / "node_modules").is_dir() or shutil.which("npm") is None:
         pytest.skip(
-            "the Node example is not installed: "
+            "the Node example is not installed: make js && "
             "ONNXRUNTIME_NODE_INSTALL=skip npm ci --prefix examples/node"
         )
 
@@ -120,7 +120,7 @@ def test_node_takes_pictures_and_prints_a_line_of_json_each(node, model, tmp_pat
     exif = Image.Exif()
     exif[0x112] = 6  # was held upright: to be turned by 90 degrees
     Image.open(ROOM).transpose(Image.Transpose.ROTATE_90).save(turned, quality=95, exif=exif)
-    lines = node("find-ground", model.path, photo, turned).stdout.splitlines()
+    lines = node("find-ground", photo, turned).stdout.splitlines()
     for path, line in zip((photo, turned), lines, strict=True):
         found = json.loads(line)
         expected = model.predict(path)
@@ -132,6 +132,13 @@ def test_node_takes_pictures_and_prints_a_line_of_json_each(node, model, tmp_pat
         assert found["camera"]["source"] == expected.intrinsics.source
         # JPEG decoders differ by a level or so, and int8 makes more of it.
         assert found["ground_fraction"]["all"] == pytest.approx(expected.ground.mean(), abs=0.03)
+        plane = expected.ground_plane()
+        assert found["ground_plane"]["camera_height_m"] == pytest.approx(
+            plane.camera_height_m, rel=0.01
+        )
+        assert found["ground_plane"]["pitch_deg"] == pytest.approx(plane.pitch_deg, abs=0.5)
+        distance_m = found["ground_distance_m"]["nearest"]
+        assert distance_m == pytest.approx(np.nanmin(expected.ground_depth_m), rel=0.01)
         mask = np.asarray(Image.open(f"{path}.ground.png")) > 0
         assert mask.mean() == pytest.approx(found["ground_fraction"]["all"])
 
