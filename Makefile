@@ -4,6 +4,7 @@ DEMO_VENV ?= .venv-demo
 DOCS_VENV ?= .venv-docs
 DIST ?= dist
 SITE ?= site
+JS := runtime/js
 WEB := examples/web
 # In processes of their own: not all inference and training libraries get on with each other in one.
 TESTS := tests/runtime tests/export tests/models tests/bench tests/test_examples.py tests/test_house.py
@@ -16,7 +17,7 @@ TORCH := torch==2.13.0 --find-links https://download.pytorch.org/whl/cpu/torch/ 
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format types docs wheel web test-web clean
+.PHONY: help demo test lint format types docs wheel js web test-web clean
 
 help: ## what can be made
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 10
@@ -48,19 +49,23 @@ docs: $(DOCS_VENV)/installed ## build the documentation into SITE
 wheel: $(VENV)/installed ## build the wheel into DIST
 	$(VENV)/bin/python -m build --wheel --outdir $(DIST)
 
-web: $(WEB)/node_modules/installed ## build the web page and serve it
+js: $(JS)/node_modules/installed ## build the package for JavaScript, which `npm pack` packs
+	npm --prefix $(JS) run build
+
+web: js $(WEB)/node_modules/installed ## build the web page and serve it
 	npm --prefix $(WEB) run build
 	npm --prefix $(WEB) run preview
 
 # PATIENCE=4 on a machine that is busy with other things: it multiplies the time limits.
-test-web: $(VENV)/installed $(WEB)/node_modules/installed ## test the web page in Chromium
-	$(VENV)/bin/python $(WEB)/tests/make_fixtures.py
+test-web: $(VENV)/installed js $(WEB)/node_modules/installed ## test the package for JavaScript, and the web page in Chromium
+	$(VENV)/bin/python $(JS)/tests/make_fixtures.py
+	npm --prefix $(JS) run types
+	npm --prefix $(JS) test
 	npm --prefix $(WEB) run build
-	npm --prefix $(WEB) test
-	PYTHON=$(abspath $(VENV)/bin/python) npm --prefix $(WEB) run test:browser
+	PYTHON=$(abspath $(VENV)/bin/python) npm --prefix $(WEB) test
 
 clean: ## remove environments and builds
-	rm -rf $(VENV) $(DEMO_VENV) $(DOCS_VENV) build $(DIST) $(SITE) out $(WEB)/node_modules $(WEB)/dist $(WEB)/tests/fixtures
+	rm -rf $(VENV) $(DEMO_VENV) $(DOCS_VENV) build $(DIST) $(SITE) out $(WEB)/node_modules $(WEB)/dist $(JS)/node_modules $(JS)/dist $(JS)/model $(JS)/tests/fixtures
 
 $(DEMO_VENV)/installed: pyproject.toml constraints.txt $(shell find runtime -name "*.py" -o -name "*.onnx")
 	@echo "Installing footprints-edge with numpy, onnxruntime, Pillow and typer into $(DEMO_VENV): some 225 MB."
@@ -80,6 +85,11 @@ $(DOCS_VENV)/installed: pyproject.toml constraints.txt
 	@echo "Installing the runtime, MkDocs and its theme into $(DOCS_VENV): some 370 MB."
 	$(PYTHON) -m venv $(DOCS_VENV)
 	$(DOCS_VENV)/bin/pip install -q -e '.[docs]'
+	@touch $@
+
+# onnxruntime-node brings its library along, and need not fetch another.
+$(JS)/node_modules/installed: $(JS)/package.json $(JS)/package-lock.json
+	ONNXRUNTIME_NODE_INSTALL=skip npm --prefix $(JS) ci
 	@touch $@
 
 $(WEB)/node_modules/installed: $(WEB)/package.json $(WEB)/package-lock.json

@@ -93,10 +93,14 @@ def test_the_minimal_program_gives_the_metres_of_the_vectors(model, vectors, tmp
     assert {"ground_plane of the port's maps", "flat_ground_depth_m of the port's maps"} <= checked
 
 
+JS = CHECKOUT / "runtime" / "js"
+
+
 @pytest.fixture(scope="module")
 def node():
     """The function that runs one of the programs for Node."""
-    if not (EXAMPLES / "node" / "node_modules").is_dir() or shutil.which("npm") is None:
+    built = (JS / "dist").is_dir() and (EXAMPLES / "node" / "node_modules").is_dir()
+    if not built or shutil.which("npm") is None:
         pytest.skip(
             "the Node example is not installed: make js && "
             "ONNXRUNTIME_NODE_INSTALL=skip npm ci --prefix examples/node"
@@ -141,6 +145,63 @@ def test_node_takes_pictures_and_prints_a_line_of_json_each(node, model, tmp_pat
         assert distance_m == pytest.approx(np.nanmin(expected.ground_depth_m), rel=0.01)
         mask = np.asarray(Image.open(f"{path}.ground.png")) > 0
         assert mask.mean() == pytest.approx(found["ground_fraction"]["all"])
+
+
+@pytest.fixture(scope="module")
+def packed(node, tmp_path_factory):
+    """An empty folder, into which the package was installed from what `npm pack` makes."""
+    folder = tmp_path_factory.mktemp("app")
+    pack = ("npm", "pack", "--silent", "--ignore-scripts", "--pack-destination", folder)
+    tarball = run(*pack, cwd=JS).stdout.split()[-1]
+    (folder / "package.json").write_text('{"type": "module", "private": true}')
+    run("npm", "install", "--offline", "--no-audit", "--no-fund", folder / tarball, cwd=folder)
+    # The runtime beside it, as `npm install onnxruntime-node` puts it there.
+    library = EXAMPLES / "node" / "node_modules" / "onnxruntime-node"
+    (folder / "node_modules" / "onnxruntime-node").symlink_to(library)
+    return folder
+
+
+PROGRAM = """
+import { readFileSync } from "node:fs";
+import { load } from "footprints-edge";
+
+const data = readFileSync("picture.rgb");
+const model = await load();
+const ground = await model.predict({ data, width: 1280, height: 720 }, { cameraHeightM: 1.4 });
+const path: { lengthM: number } = ground.plan([640, 700], [640, 520]);
+console.log(JSON.stringify({
+  ground: ground.ground.reduce((sum, each) => sum + each, 0) / ground.ground.length,
+  heightM: ground.groundPlane().cameraHeightM,
+  rows: ground.topDown().rows,
+  lengthM: path.lengthM,
+}));
+"""
+
+
+def test_the_package_for_javascript_runs_where_it_is_installed(packed, model):
+    pixels = np.asarray(Image.open(ROOM).convert("RGB"))
+    (packed / "picture.rgb").write_bytes(pixels.tobytes())
+    (packed / "program.mjs").write_text(PROGRAM.replace(": { lengthM: number }", ""))
+    found = json.loads(run("node", "program.mjs", cwd=packed).stdout)
+    expected = model.predict(pixels, camera_height_m=1.4)
+    assert found["ground"] == pytest.approx(expected.ground.mean(), abs=1e-3)
+    assert (found["heightM"], found["rows"]) == (pytest.approx(1.4), 200)
+    length_m = expected.plan((640, 700), (640, 520)).length_m
+    assert found["lengthM"] == pytest.approx(length_m, rel=0.01)
+    assert not list((packed / "node_modules").glob("*/.gitignore"))
+
+
+def test_the_package_for_javascript_has_types(packed):
+    compiler = JS / "node_modules" / "typescript" / "bin" / "tsc"
+    types = packed / "node_modules" / "@types"
+    types.mkdir(exist_ok=True)
+    (types / "node").symlink_to(JS / "node_modules" / "@types" / "node")
+    strict = ["--noEmit", "--strict", "--module", "nodenext", "--target", "es2022", "--types", "node"]
+    for name, program in (("right", PROGRAM), ("wrong", PROGRAM.replace("lengthM", "length_m"))):
+        (packed / f"{name}.ts").write_text(program)
+        words = ["node", str(compiler), *strict, "--skipLibCheck", f"{name}.ts"]
+        done = subprocess.run(words, check=False, capture_output=True, text=True, cwd=packed)
+        assert (done.returncode == 0) == (name == "right"), done.stdout
 
 
 @pytest.fixture(scope="module")

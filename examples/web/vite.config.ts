@@ -14,8 +14,8 @@ const isolation = {
   "Cross-Origin-Embedder-Policy": "require-corp",
 };
 
-/** Files that are fetched, and then kept, only once someone asks for WebGPU. */
-const ON_DEMAND = /asyncify|webgpu/;
+/** Files that are fetched, and then kept, only once someone asks for WebGPU, or opens the other page. */
+const ON_DEMAND = /asyncify|webgpu|three/;
 
 export default defineConfig({
   base: "./",
@@ -35,6 +35,7 @@ export default defineConfig({
     rolldownOptions: {
       input: {
         main: fileURLToPath(new URL("index.html", import.meta.url)),
+        three: fileURLToPath(new URL("three.html", import.meta.url)),
         "service-worker": fileURLToPath(new URL("src/workers/service-worker.ts", import.meta.url)),
       },
       output: {
