@@ -9,15 +9,15 @@ import { cameraOf, floorOf, onFloor, thingsOf, upOf } from "./ground-scene";
 import { hiddenTour, pathTo } from "./tours";
 import { Walker } from "./walker";
 
-const WALKER_M = 1.1;
-const METRES_A_SECOND = 0.9;
+/** Small enough for the room beneath tables and chairs, where the network sees ground. */
+const WALKER_M = 0.4;
+const METRES_A_SECOND = 0.6;
 const LONGEST_PX = 1280;
 
 const canvas = document.querySelector<HTMLCanvasElement>("#scene")!;
 const words = document.querySelector("#words")!;
 const renderer = new three.WebGLRenderer({ canvas, antialias: true });
 renderer.shadowMap.enabled = true;
-renderer.shadowMap.type = three.PCFSoftShadowMap;
 
 /** What is on the stage. */
 interface Play {
@@ -35,14 +35,8 @@ const model = loadModel("wasm");
 
 async function show(photo: Blob): Promise<void> {
   const prediction = await (await model).predict(photo);
-  const picture = await createImageBitmap(photo, { imageOrientation: "from-image" });
-  const scale = LONGEST_PX / Math.max(picture.width, picture.height);
-  renderer.setSize(Math.round(picture.width * scale), Math.round(picture.height * scale), false);
   const scene = new three.Scene();
-  const backdrop = new three.CanvasTexture(picture as unknown as HTMLCanvasElement);
-  backdrop.colorSpace = three.SRGBColorSpace;
-  backdrop.flipY = true;
-  scene.background = backdrop;
+  scene.background = await backdropOf(photo);
   const up = upOf(prediction);
   scene.add(thingsOf(prediction), floorOf(prediction), new three.HemisphereLight(0xffffff, 0x8a7a6a, 2.2));
   const lamp = new three.DirectionalLight(0xfff2dd, 2.2);
@@ -55,7 +49,21 @@ async function show(photo: Blob): Promise<void> {
   const [walker, dots] = [new Walker(WALKER_M), new three.Group()];
   scene.add(lamp, lamp.target, walker.object, dots);
   play = { prediction, scene, camera: cameraOf(prediction), walker, dots, path: null, begunMs: 0 };
-  walk(hiddenTour(prediction));
+  walk(hiddenTour(prediction, WALKER_M));
+}
+
+/** The photo as a texture; the stage takes its size. */
+async function backdropOf(photo: Blob): Promise<three.Texture> {
+  const picture = await createImageBitmap(photo);
+  const scale = LONGEST_PX / Math.max(picture.width, picture.height);
+  const paper = document.createElement("canvas");
+  paper.width = Math.round(picture.width * scale);
+  paper.height = Math.round(picture.height * scale);
+  paper.getContext("2d")!.drawImage(picture, 0, 0, paper.width, paper.height);
+  renderer.setSize(paper.width, paper.height, false);
+  const backdrop = new three.CanvasTexture(paper);
+  backdrop.colorSpace = three.SRGBColorSpace;
+  return backdrop;
 }
 
 function walk(path: GroundPath | null): void {
@@ -137,8 +145,8 @@ canvas.addEventListener("click", (event) => {
   const x = ((event.clientX - box.left) / box.width) * width - 0.5;
   const y = ((event.clientY - box.top) / box.height) * height - 0.5;
   const goal = prediction.groundPlane().atPixel([x, y], prediction.intrinsics);
-  const start = path?.placesM.at(-1) ?? hiddenTour(prediction)?.placesM[0];
-  walk(start && goal.every(Number.isFinite) ? pathTo(prediction, start, goal) : null);
+  const start = path?.placesM.at(-1) ?? hiddenTour(prediction, WALKER_M)?.placesM[0];
+  walk(start && goal.every(Number.isFinite) ? pathTo(prediction, start, goal, WALKER_M) : null);
 });
 
 document.querySelector<HTMLInputElement>("#file")!.addEventListener("change", (event) => {
