@@ -16,7 +16,7 @@ const LONGEST_PX = 1280;
 
 const canvas = document.querySelector<HTMLCanvasElement>("#scene")!;
 const words = document.querySelector("#words")!;
-const renderer = new three.WebGLRenderer({ canvas, antialias: true });
+const renderer = new three.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
 renderer.shadowMap.enabled = true;
 
 /** What is on the stage. */
