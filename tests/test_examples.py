@@ -97,8 +97,8 @@ JS = CHECKOUT / "runtime" / "js"
 
 
 @pytest.fixture(scope="module")
-def node():
-    """The function that runs one of the programs for Node."""
+def node_modules():
+    """What the Node example has installed; the package for JavaScript is built then, too."""
     built = (JS / "dist").is_dir() and (EXAMPLES / "node" / "node_modules").is_dir()
     if not built or shutil.which("npm") is None:
         pytest.skip(
@@ -106,8 +106,15 @@ def node():
             "ONNXRUNTIME_NODE_INSTALL=skip npm ci --prefix examples/node"
         )
 
+    return EXAMPLES / "node" / "node_modules"
+
+
+@pytest.fixture(scope="module")
+def node(node_modules):
+    """The function that runs one of the programs for Node."""
+
     def start(script, *words):
-        return run("npm", "run", "--silent", script, "--", *words, cwd=EXAMPLES / "node")
+        return run("npm", "run", "--silent", script, "--", *words, cwd=node_modules.parent)
 
     return start
 
@@ -148,7 +155,7 @@ def test_node_takes_pictures_and_prints_a_line_of_json_each(node, model, tmp_pat
 
 
 @pytest.fixture(scope="module")
-def packed(node, tmp_path_factory):
+def packed(node_modules, tmp_path_factory):
     """An empty folder, into which the package was installed from what `npm pack` makes."""
     folder = tmp_path_factory.mktemp("app")
     pack = ("npm", "pack", "--silent", "--ignore-scripts", "--pack-destination", folder)
@@ -156,8 +163,8 @@ def packed(node, tmp_path_factory):
     (folder / "package.json").write_text('{"type": "module", "private": true}')
     run("npm", "install", "--offline", "--no-audit", "--no-fund", folder / tarball, cwd=folder)
     # The runtime beside it, as `npm install onnxruntime-node` puts it there.
-    library = EXAMPLES / "node" / "node_modules" / "onnxruntime-node"
-    (folder / "node_modules" / "onnxruntime-node").symlink_to(library)
+    library = "onnxruntime-node"
+    (folder / "node_modules" / library).symlink_to(node_modules / library)
     return folder
 
 
@@ -196,10 +203,12 @@ def test_the_package_for_javascript_has_types(packed):
     types = packed / "node_modules" / "@types"
     types.mkdir(exist_ok=True)
     (types / "node").symlink_to(JS / "node_modules" / "@types" / "node")
-    strict = ["--noEmit", "--strict", "--module", "nodenext", "--target", "es2022", "--types", "node"]
+    options = {"module": "nodenext", "target": "es2022", "types": ["node"], "skipLibCheck": True}
     for name, program in (("right", PROGRAM), ("wrong", PROGRAM.replace("lengthM", "length_m"))):
         (packed / f"{name}.ts").write_text(program)
-        words = ["node", str(compiler), *strict, "--skipLibCheck", f"{name}.ts"]
+        settings = {"files": [f"{name}.ts"], "compilerOptions": {**options, "strict": True}}
+        (packed / "tsconfig.json").write_text(json.dumps(settings))
+        words = ["node", str(compiler), "--noEmit"]
         done = subprocess.run(words, check=False, capture_output=True, text=True, cwd=packed)
         assert (done.returncode == 0) == (name == "right"), done.stdout
 

@@ -1,4 +1,4 @@
-"""Writes what the tests in JavaScript compare with: what the Python runtime makes of the same input.
+"""Writes what tests in JavaScript compare with: what the Python runtime makes of the same input.
 
 The test vectors of the bundled model are among it. Run `python runtime/js/tests/make_fixtures.py`
 from anywhere. Everything is cut from the example picture `examples/room.jpg`; arrays are `.npy`,
