@@ -1,4 +1,4 @@
-/** Takes the pictures in docs/web.md anew: `node tests/screenshots.mjs`, while `make web` serves. */
+/** Takes the pictures in docs/web.md and docs/javascript.md anew: `node tests/screenshots.mjs`, while `make web` serves. */
 
 import { fileURLToPath } from "node:url";
 
@@ -6,13 +6,14 @@ import { chromium } from "playwright-core";
 
 const url = process.env.PAGE ?? "http://localhost:4173/";
 const fileOf = (path) => fileURLToPath(new URL(path, import.meta.url));
-const film = fileOf("fixtures/camera-upright.mjpeg");
+const film = fileOf("../../../runtime/js/tests/fixtures/camera-upright.mjpeg");
 
 const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
   args: [
     "--no-sandbox",
-    "--disable-gpu",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
     "--disable-background-networking",
     "--use-fake-device-for-media-stream",
     `--use-file-for-fake-video-capture=${film}`,
@@ -48,6 +49,27 @@ async function take(name, { size, scale, colours, hasTouch, camera, results, at 
   await context.close();
 }
 
+/** The walker of three.html after shares of its path, side by side. */
+async function takeWalk(name, shares, clip) {
+  const page = await browser.newPage({ viewport: { width: 1320, height: 860 } });
+  page.setDefaultTimeout(240_000);
+  await page.goto(new URL("three.html", url).href);
+  await page.waitForFunction(() => globalThis.hold?.(0).ready, null, { polling: 500 });
+  const pictures = [];
+  for (const share of shares) {
+    await page.evaluate((each) => hold(each), share);
+    await page.waitForTimeout(1500);
+    pictures.push((await page.screenshot({ clip })).toString("base64"));
+  }
+  const images = pictures.map((each) => `<img src="data:image/png;base64,${each}">`).join(" ");
+  await page.goto("about:blank");
+  await page.setContent(`<style>body { margin: 0; white-space: nowrap; font-size: 8px }</style>${images}`);
+  await page.setViewportSize({ width: shares.length * (clip.width + 2), height: clip.height });
+  await page.screenshot({ path: fileOf(`../../../docs/images/${name}.jpg`), quality: 82 });
+  await page.close();
+}
+
+await takeWalk("three-walk", [0.6, 0.68, 0.78], { x: 700, y: 280, width: 500, height: 420 });
 await take("web-desktop", {
   size: { width: 1280, height: 800 },
   scale: 1,

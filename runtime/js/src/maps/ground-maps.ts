@@ -91,14 +91,14 @@ export class GroundMaps implements GroundMapsData {
 
   /** 1 where there is ground, but something stands in front of it. */
   get hiddenGround(): Mask {
-    return (this.#hiddenGround ??= this.ground.map((each, i) => each & (1 - this.visibleGround[i])));
+    const { ground, visibleGround } = this;
+    return (this.#hiddenGround ??= ground.map((each, i) => each & (1 - visibleGround[i])));
   }
 
   /** Metres along the optical axis to the walkable surface; NaN where there is none. */
   get groundDepthM(): Float32Array {
-    return (this.#groundDepthM ??= this.unmaskedGroundDepthM.map((each, i) =>
-      this.ground[i] ? each : NaN,
-    ));
+    const { ground } = this;
+    return (this.#groundDepthM ??= this.unmaskedGroundDepthM.map((each, i) => (ground[i] ? each : NaN)));
   }
 
   /**
@@ -130,5 +130,7 @@ export class GroundMaps implements GroundMapsData {
 }
 
 function above(probability: Float32Array, threshold: number): Mask {
-  return Uint8Array.from(probability, (each) => Number(each > threshold));
+  const mask = new Uint8Array(probability.length); // `from` takes ten times as long
+  for (let i = 0; i < mask.length; i++) mask[i] = probability[i] > threshold ? 1 : 0;
+  return mask;
 }

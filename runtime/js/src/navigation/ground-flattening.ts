@@ -33,9 +33,10 @@ export function flattened(maps: GroundMaps): { depthM: Float32Array; plane: Grou
     return { depthM, plane };
   }
   const deviation = onPlane.map((inverse, i) => Math.log((inverse > 1e-4 ? inverse : 1) * depthM[i]));
+  const { ground } = maps;
   // a known height corrects the scale of the depth
   const shift = knowsAnything(maps.pose)
-    ? median(Float64Array.from(deviation.filter((_, i) => maps.ground[i])))
+    ? median(new Float64Array(deviation.filter((_, i) => ground[i])))
     : 0;
   for (let i = 0; i < depthM.length; i++) {
     if (!(onPlane[i] > 1e-4)) continue;
