@@ -12,7 +12,7 @@ export interface Point {
 }
 
 /** Why there is no path. */
-export type NoPath = "goal off ground" | "no ground" | "no way" | "no plane";
+export type NoPath = "goal off ground" | "goal taken" | "no ground" | "no way" | "no plane";
 
 /** A picture to look at. */
 export interface Task {

@@ -77,7 +77,7 @@ await take("web-desktop", {
   hasTouch: false,
   camera: false,
   results: 2,
-  at: [0.38, 0.62],
+  at: [0.61, 0.66],
 });
 await take("web-phone", {
   size: { width: 360, height: 800 },

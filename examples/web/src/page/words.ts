@@ -28,6 +28,7 @@ export function describePlace(
 
 const NO_PATH: Record<NoPath, string> = {
   "goal off ground": "No path: that place is not walkable.",
+  "goal taken": "No path: something stands there.",
   "no ground": "No path: there is no walkable ground in this picture.",
   "no plane": "No path: the ground in this picture is not flat, or there is too little of it.",
   "no way": "No path: no walkable ground joins you and that place.",

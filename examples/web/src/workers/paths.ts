@@ -22,7 +22,7 @@ export function findPath(prediction: Prediction, goal: Point): GroundPath | NoPa
     return start ? prediction.plan(start, end) : "no ground";
   } catch (error) {
     if (error instanceof GroundPlaneError) return "no plane";
-    if (error instanceof OffGroundError) return "goal off ground";
+    if (error instanceof OffGroundError) return "goal taken"; // ground, but something stands there
     if (error instanceof NoPathError) return "no way";
     throw error;
   }
