@@ -258,7 +258,8 @@ def test_it_says_which_number_cannot_be(library, model, room, tmp_path, place, v
 
 
 def test_it_is_of_the_version_of_the_python_package():
-    version = re.search(r"footprints_edge VERSION ([0-9.]+)", (SOURCES / "CMakeLists.txt").read_text())[1]
+    cmake = (SOURCES / "CMakeLists.txt").read_text()
+    version = re.search(r"footprints_edge VERSION ([0-9.]+)", cmake)[1]
     assert f'version = "{version}"' in (CHECKOUT / "pyproject.toml").read_text()
 
 
