@@ -35,7 +35,9 @@ def find_ground(image: Image.Image, lens: Array, size: tuple[int, int]) -> dict[
     visible_m, ground_m = scale / (1 / far + (1 / near - 1 / far) * maps[0, 2:])
     v, u = np.indices((h, w))
     rays = np.stack([(u - centre[0]) / focal[0], (v - centre[1]) / focal[1], np.ones((h, w))], -1)
-    slope, plane = fit_plane(rays, 1 / ground_m.astype(float), ground)
+    slope, plane = None, {"refused": "no_ground"}
+    if np.sort(maps[0, 1], axis=None)[int(0.98 * (h * w - 1))] >= 0.8472:
+        slope, plane = fit_plane(rays, 1 / ground_m.astype(float), ground)
     flat_m = ground_m if slope is None else lay_flat(ground_m, rays @ slope)
     return {
         "input": x,

@@ -33,8 +33,9 @@ class GroundPlaneError(FootprintsError):
     """There is no ground plane: too little ground, uneven ground, or a plane that cannot be.
 
     Attributes:
-        reason: `few_pixels`, `one_line` or `above_camera` if no plane fits; `little_ground`,
-            `impossible_pose` or `not_flat` if the one that fits is refused.
+        reason: `no_ground` if the picture shows none, `panorama` if it is one; `few_pixels`,
+            `one_line` or `above_camera` if no plane fits; `little_ground`, `impossible_pose` or
+            `not_flat` if the one that fits is refused.
     """
 
     def __init__(self, message: str, reason: str = "") -> None:

@@ -298,13 +298,15 @@ GroundPath find_path(const Prediction &prediction, const double start[2], const 
                            "smaller margin, a lower threshold, or other points",
                            options.visible_only ? "visible " : "", ends[0].where.c_str() + 4,
                            ends[1].where.c_str() + 4, margin_m));
+    // An end's line to the next cell may cut the corner of a closed one; to its own cell it cannot.
     std::vector<Place> corners{ends[0].place};
-    for (size_t i = 1; i + 1 < route.size(); i++)
-        corners.push_back(centre_of(route[i].row, route[i].column, grid.rows, cell_m));
+    for (const Cell &cell : route)
+        corners.push_back(centre_of(cell.row, cell.column, grid.rows, cell_m));
     corners.push_back(ends[1].place);
 
-    const std::vector<Place> points = dense(shortened(corners, terrain), cell_m);
-    GroundPath path{{}, {}, {}, line_cost(points, terrain), 0};
+    corners = shortened(corners, terrain);
+    const std::vector<Place> points = dense(corners, cell_m);
+    GroundPath path{{}, {}, {}, line_cost(corners, terrain), 0};
     const Size image = prediction.image;
     for (size_t i = 0; i < points.size(); i++) {
         const Pixel at = plane.to_pixel(points[i]);

@@ -1,5 +1,8 @@
 #include "prediction.hpp"
 
+#include <algorithm>
+#include <cstddef>
+
 #include "ground_flattening.hpp"
 #include "resize.hpp"
 
@@ -20,6 +23,20 @@ Masks masks_of(const Maps &maps, double threshold) {
     for (size_t i = 0; i < masks.ground.size(); i++)
         masks.hidden.push_back(masks.ground[i] && !masks.visible[i]);
     return masks;
+}
+
+constexpr double SURE = 0.98;
+constexpr float LEAST_SURE = 0.8472f;
+
+// Without ground, the surest of what looks like it is not sure enough.
+void check_that_ground_is_shown(std::vector<float> probability, const Pose &pose) {
+    if (pose.everything() || probability.empty()) return;
+    const auto surest = probability.begin() + std::ptrdiff_t(SURE * double(probability.size() - 1));
+    std::nth_element(probability.begin(), surest, probability.end());
+    if (*surest < LEAST_SURE)
+        throw NoGroundPlane("no_ground",
+                            "the picture shows no ground; use a picture that shows some, or give "
+                            "the camera's height, pitch and roll");
 }
 
 std::vector<float> masked(const std::vector<float> &depth_m, const std::vector<uint8_t> &ground) {
@@ -56,6 +73,7 @@ Prediction make_prediction(Maps maps, const Camera &camera, Size image, double t
     result.pose = pose;
     if (result.maps.has_masks() && result.maps.has_depths()) {
         try {
+            check_that_ground_is_shown(result.maps.ground_probability, pose);
             result.plane = std::make_shared<GroundPlane>(
                 find_ground_plane(result.maps.unmasked_ground_depth_m, result.masks.ground,
                                   result.maps.size, camera, pose));

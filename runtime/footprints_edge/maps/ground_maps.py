@@ -161,27 +161,29 @@ class GroundMaps:
         return np.where(self.ground, self.unmasked_ground_depth_m, np.float32(np.nan))
 
     @cached_property
-    def _plane_or_reason(self) -> GroundPlane | str:
+    def _plane_or_reason(self) -> GroundPlane | GroundPlaneError:
         """The plane, or why there is none."""
         if self.laid_onto is not None:
             return self.laid_onto
         if self.picture.panorama and self.intrinsics.source == "assumed":
-            return (
+            return GroundPlaneError(
                 "the picture is a panorama, which no pinhole camera takes; cut a view out of it, "
-                "or give the camera"
+                "or give the camera",
+                "panorama",
             )
         if not (self.shows_ground or self.pose.everything):
-            return (
+            return GroundPlaneError(
                 f"the picture shows no ground, with a confidence of {self._ground_confidence:.0%} "
                 "that it does; use a picture that shows some, or give the camera's height, pitch "
-                "and roll"
+                "and roll",
+                "no_ground",
             )
         try:
             return find_ground_plane(
                 self.unmasked_ground_depth_m, self.ground, self.intrinsics, self.pose
             )
         except GroundPlaneError as error:
-            return str(error)
+            return error
 
     @cached_property
     def _ground_confidence(self) -> float:
@@ -233,8 +235,8 @@ class GroundMaps:
                 ground is not flat, or if the plane cannot be the ground.
         """
         plane = self._plane_or_reason
-        if isinstance(plane, str):
-            raise GroundPlaneError(plane)
+        if isinstance(plane, GroundPlaneError):
+            raise GroundPlaneError(str(plane), plane.reason)
         return plane
 
     @property

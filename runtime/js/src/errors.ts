@@ -21,6 +21,7 @@ export class ModelError extends FootprintsError {}
 
 /** Why no plane fits, or why the one that fits is refused. */
 export type NoPlane =
+  | "no_ground"
   | "few_pixels"
   | "one_line"
   | "above_camera"

@@ -1,11 +1,16 @@
 /** The data of a prediction: four maps, with their masks and their camera. */
 
+import { GroundPlaneError } from "../errors.ts";
+import { select } from "../foundation/median.ts";
 import type { Mask, Size } from "../foundation/types.ts";
 import { scaledCamera, type Intrinsics } from "../geometry/camera.ts";
-import type { CameraPose } from "../geometry/camera-pose.ts";
+import { knowsEverything, type CameraPose } from "../geometry/camera-pose.ts";
 import { findGroundPlane, GroundPlane } from "../geometry/ground-plane.ts";
 import type { DecodedMaps } from "./decode.ts";
 import { resizeDepth, resizeMap } from "./resize.ts";
+
+/** A picture shows ground if this quantile of the probability of it is at least so high. */
+const [SURE, LEAST_SURE] = [0.98, 0.8472];
 
 /** The model that made a prediction. */
 export interface ModelInfo {
@@ -109,9 +114,18 @@ export class GroundMaps implements GroundMapsData {
    *   or if the plane cannot be the ground.
    */
   groundPlane(): GroundPlane {
-    return (this.#plane ??=
-      this.laidOnto ??
-      findGroundPlane(this.unmaskedGroundDepthM, this.ground, this.mapSize, this.intrinsics, this.pose));
+    return (this.#plane ??= this.laidOnto ?? this.#findPlane());
+  }
+
+  #findPlane(): GroundPlane {
+    const surest = select(Float64Array.from(this.groundProbability), Math.floor(SURE * (this.ground.length - 1)));
+    if (surest < LEAST_SURE && !knowsEverything(this.pose)) {
+      throw new GroundPlaneError(
+        "the picture shows no ground; use a picture that shows some, or give the camera's height, pitch and roll",
+        "no_ground",
+      );
+    }
+    return findGroundPlane(this.unmaskedGroundDepthM, this.ground, this.mapSize, this.intrinsics, this.pose);
   }
 
   /** The data of the same maps at another size: probabilities as such, depths as inverse depth. */
