@@ -61,6 +61,8 @@ def read_optimised(sha256: str, runtime: str) -> bytes | None:
 def keep_optimised(sha256: str, runtime: str, graph: bytes) -> None:
     """Keeps the optimised graph of a model file, instead of those for other engines and machines.
 
+    Who has no cache gets none: nothing is written into a home where no program keeps anything.
+
     Args:
         sha256: Hash of the model file.
         runtime: Name and version of the engine.
@@ -68,6 +70,8 @@ def keep_optimised(sha256: str, runtime: str, graph: bytes) -> None:
     """
     forget_optimised(sha256)
     with suppress(OSError, RuntimeError):
+        if not cache_folder().parent.is_dir():
+            return
         write_atomically(_path(sha256, runtime), hashlib.sha256(graph).digest() + graph)
         kept = sorted(cache_folder().glob("*.graph"), key=lambda path: path.stat().st_mtime)
         for path in kept[:-_MOST_GRAPHS]:

@@ -1,5 +1,6 @@
 """Which inputs are bags, and the names of what is written for them."""
 
+import os
 from pathlib import Path
 
 BAG_SUFFIXES = frozenset({".mcap", ".bag", ".db3"})
@@ -12,8 +13,9 @@ _ENDING = ".ground"
 
 def is_bag(named: str) -> bool:
     """Whether a command-line argument names a bag: a file, or a folder of ROS 2."""
-    path = Path(named)
-    return path.suffix.lower() in BAG_SUFFIXES or (path / "metadata.yaml").is_file()
+    if Path(named).suffix.lower() in BAG_SUFFIXES:
+        return True
+    return os.path.isfile(os.path.join(named, "metadata.yaml"))  # noqa: PTH113, PTH118 - any text
 
 
 def names_file(output: Path | None) -> bool:

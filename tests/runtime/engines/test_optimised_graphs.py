@@ -18,6 +18,7 @@ SHA, OTHER = "a" * 64, "b" * 64
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
+    (tmp_path / "cache").mkdir()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "cache"))
     return tmp_path / "cache" / "footprints-edge"
@@ -105,3 +106,9 @@ def test_tiny_files_and_optimised_ones_are_not_kept():
     assert not worth_keeping(b"tiny")
     assert not worth_keeping(bytes(4) + b"ORTM" + bytes(2**20))
     assert worth_keeping(bytes(2**20))
+
+
+def test_a_home_without_a_cache_stays_empty(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "none"))
+    keep_optimised("0" * 64, "runtime 1", b"graph")
+    assert not (tmp_path / "none").exists()

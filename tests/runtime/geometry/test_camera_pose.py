@@ -90,7 +90,7 @@ def test_angles_that_are_known_leave_the_scale_to_the_network():
 @pytest.mark.parametrize(
     ("ground", "plane", "says"),
     [
-        (slice(94, 96), GroundPlane(up_vector(20, 0), 1.5, 0), "of the picture is ground"),
+        (slice(94, 96), GroundPlane(up_vector(20, 0), 1.5, 0), "shows no ground"),
         (slice(30, 96), GroundPlane(up_vector(20, 60), 1.5, 0), "cannot be the ground"),
         (slice(30, 96), GroundPlane(up_vector(20, 0), 500, 0), "cannot be the ground"),
     ],
