@@ -105,6 +105,7 @@ void run(int count, char **words) {
     const fpe::Size size{options.network_height, options.network_width};
     const std::vector<uint8_t> file = fpe::read_file(words[1]);
     const fpe::Network network(file.data(), file.size(), words[1], 1);
+    network.check_input_size(size);
     const std::vector<uint8_t> input =
         fpe::resize_rgb(rgb.data(), {height, width}, size, network.metadata().filter);
     const std::vector<float> maps = network.run(input, size);
