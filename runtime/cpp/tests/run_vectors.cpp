@@ -80,6 +80,7 @@ const char *reason_of(const std::string &message) {
                                     {"lie in one line", "one_line"},
                                     {"is above the camera", "above_camera"},
                                     {"of the picture is ground", "little_ground"},
+                                    {"shows no ground", "no_ground"},
                                     {"cannot be the ground", "impossible_pose"},
                                     {"is not flat", "not_flat"}};
     for (const auto &pair : words)
