@@ -38,7 +38,7 @@ def confidence_command(
         Path | None, typer.Option("-o", "--output", help="Draw the diagram to this PNG.")
     ] = None,
 ) -> None:
-    """Score the confidence of predictions: reliability, and pictures without ground.
+    """Score confidences: reliability, and pictures without ground.
 
     Of each dataset the first half of the pictures is for --refit, the second is scored. Prints
     tables as Markdown.
