@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from footprints_edge.foundation.computed_once import computed_once
 from footprints_edge.maps.decode import DecodedMaps
 from footprints_edge.maps.ground_maps import GroundMaps
 
@@ -195,17 +195,17 @@ class FlattenedWhenRead(Prediction):
             del vars(made)[name]
         return made
 
-    @cached_property
+    @computed_once
     def _flattened(self) -> Prediction:
         plain: Prediction = vars(self)["_plain"]
         return plain.flattened()
 
-    @cached_property
+    @computed_once
     def maps(self) -> DecodedMaps:
         """The four maps."""
         return self._flattened.maps
 
-    @cached_property
+    @computed_once
     def laid_onto(self) -> "GroundPlane | None":
         """The plane that the ground's depth was snapped to."""
         return self._flattened.laid_onto

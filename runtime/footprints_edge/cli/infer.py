@@ -227,6 +227,7 @@ def infer(
             from footprints_edge.model import load
 
             at_once = min(threads or usable_cores(), len(batch.tasks))
+            at_once = 1 if engine == "openvino" else at_once  # it runs one picture at a time
             one_each = 1 if at_once > 1 else threads
             loaded = load(model, threads=one_each, providers=providers or None, engine=engine)
             predict = partial(loaded.predict, **how)
@@ -273,6 +274,8 @@ def main() -> None:
         infer(**plain)
     except typer.Exit as ended:
         sys.exit(ended.exit_code)
+    except typer.BadParameter:  # found before anything was done; typer explains it
+        app()
 
 
 def _camera(

@@ -81,10 +81,14 @@ def infer_bags(
     """
     model, providers, engine = loading
     predict = partial(load(model, threads=1, providers=providers, engine=engine).predict, **how)
+    targets: dict[Path, str] = {}
     for name in named:
         batch.total += 1
         try:
-            interrupted = _infer_bag(Path(name), options, predict, batch)
+            target = written_bag(Path(name), options.output)
+            if (other := targets.setdefault(real_path(target), name)) != name:
+                raise BagError(f"{name} would be written to {target}, as {other}; use another -o")
+            interrupted = _infer_bag(Path(name), target, options, predict, batch)
         except (FootprintsError, OSError) as error:
             batch.failures.append(str(error) if name in str(error) else f"{name}: {error}")
             continue
@@ -97,12 +101,15 @@ def infer_bags(
 
 
 def _infer_bag(
-    path: Path, options: BagOptions, predict: "Callable[..., Prediction]", batch: Batch
+    path: Path,
+    target: Path,
+    options: BagOptions,
+    predict: "Callable[..., Prediction]",
+    batch: Batch,
 ) -> bool:
     """Processes one bag; returns whether Ctrl-C ended it."""
     if not path.exists():
         raise BagError(f"{path}: no such file")
-    target = written_bag(path, options.output)
     refuse_overwriting([target, partial_bag(target)], {real_path(path)})
     if target.exists() and not options.overwrite:
         batch.kept.append(target)

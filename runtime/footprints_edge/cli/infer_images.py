@@ -89,9 +89,11 @@ def infer_images(
         for done, task in enumerate(batch.tasks):
             progress.show(bar(done, len(batch.tasks), task.source.label))
             report(next(outcomes))
-    except KeyboardInterrupt:
-        for outcome in outcomes.stop(_FINISHING_S):
-            report(outcome)
+    except BaseException as ended:
+        finished = outcomes.stop(_FINISHING_S)
+        if isinstance(ended, KeyboardInterrupt):  # else nobody reads what is reported
+            for outcome in finished:
+                report(outcome)
         raise
     finally:
         progress.clear()

@@ -48,13 +48,11 @@ def read_plain(arguments: Sequence[str]) -> dict[str, Any] | None:
                 found["threads"] = int(value)
             else:
                 return None
-        elif argument.startswith("-") or (
-            sys.platform == "win32" and set(argument) & set("*?[~$%")
-        ):
+        elif argument.startswith("-"):
             return None
         else:
             images.append(argument)
-    if not images:
+    if not images or any(map(_expanded, arguments)):
         return None
     return {"images": images, **found, **({"formats": formats} if formats else {})}
 

@@ -5,7 +5,7 @@ import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
@@ -14,6 +14,7 @@ import numpy as np
 from PIL import Image
 
 from footprints_edge.errors import ImageError
+from footprints_edge.foundation.computed_once import computed_once
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.inputs.damaged_files import lost_share, too_much_lost, with_end, without_notes
 from footprints_edge.inputs.foreign_files import is_avif, is_heif, raw_reason, raw_tiff_reason
@@ -121,7 +122,7 @@ class DecodedImage:
         """(H, W) of the upright picture at full size."""
         return _size(self.pixels) if self.file is None else self.file.size
 
-    @cached_property
+    @computed_once
     def rgb(self) -> Rgb:
         """uint8 (H, W, 3): the picture at full size, decoded on first access."""
         return self.at_least(self.size)

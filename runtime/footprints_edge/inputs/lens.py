@@ -71,8 +71,9 @@ def read_lens(image: Image.Image, stored: tuple[int, int] | None = None) -> Lens
         view_deg = 360.0
     if view_deg is not None:
         if view_deg <= _WIDEST_VIEW_DEG:
-            focal_px = now[0] / math.radians(view_deg)
-            return Lens(orientation, focal_px * _DIAGONAL_35MM / math.hypot(*now))
+            focal_mm = now[0] / math.radians(view_deg) * _DIAGONAL_35MM / math.hypot(*now)
+            least, most = FOCAL_35MM_RANGE
+            return Lens(orientation, focal_mm if least <= focal_mm <= most else None)
         note = (
             "a panorama, not a perspective picture: no distances; cut a view out of it, or give "
             "the camera"

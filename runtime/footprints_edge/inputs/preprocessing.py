@@ -119,12 +119,17 @@ def resized(
     (high, wide), (height, width) = rgb.shape[:2], size
     if high * wide > _WHOLE_PX:
         return _resized_in_strips(rgb, size, filter, reducing_gap or _REDUCING_GAP)
-    x_first = wide > width and high * width <= _SQUEEZE * wide * height
-    if threads > 1 and x_first and reducing_gap == _REDUCING_GAP:
+    if _goes_along_x_first(rgb, size) and reducing_gap == _REDUCING_GAP:
         return _resized_in_bands(rgb, size, filter, threads)
     return np.asarray(
         Image.fromarray(rgb).resize((width, height), FILTERS[filter], reducing_gap=reducing_gap)
     )
+
+
+def _goes_along_x_first(rgb: Rgb, size: Size) -> bool:
+    """Whether it is resized along x first, whatever Pillow would do: as all usual pictures are."""
+    (high, wide), (height, width) = rgb.shape[:2], size
+    return wide > width and high * width <= _SQUEEZE * wide * height
 
 
 def _resized_in_strips(rgb: Rgb, size: Size, filter: str, reducing_gap: float) -> Rgb:
@@ -138,6 +143,9 @@ def _resized_in_strips(rgb: Rgb, size: Size, filter: str, reducing_gap: float) -
         strip = Image.fromarray(rgb[top : top + rows])
         means.paste(strip.reduce((across, down)), (0, top // down))
     box = (0, 0, width / across, height / down)
+    if _goes_along_x_first(rgb, size) and reducing_gap == _REDUCING_GAP:
+        means = means.resize((size[1], means.height), FILTERS[filter], (0, 0, box[2], means.height))
+        box = (0, 0, size[1], box[3])
     return np.asarray(means.resize((size[1], size[0]), FILTERS[filter], box=box))
 
 

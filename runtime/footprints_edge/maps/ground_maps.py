@@ -3,13 +3,13 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
 from footprints_edge.errors import GroundPlaneError, MissingMapError
+from footprints_edge.foundation.computed_once import computed_once
 from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.camera_pose import CameraPose
@@ -140,27 +140,27 @@ class GroundMaps:
             laid_onto = self.laid_onto
         return replace(self, maps=replace(self.maps, **maps), laid_onto=laid_onto)
 
-    @cached_property
+    @computed_once
     def visible_ground(self) -> Mask:
         """Bool (h, w): the surface seen at this pixel is walkable (the paper's S)."""
         return self.visible_ground_probability > self.threshold
 
-    @cached_property
+    @computed_once
     def ground(self) -> Mask:
         """Bool (h, w): the ray meets a walkable surface, seen or hidden (the paper's S*)."""
         return self.ground_probability > self.threshold
 
-    @cached_property
+    @computed_once
     def hidden_ground(self) -> Mask:
         """Bool (h, w): there is ground, but something stands in front of it."""
         return self.ground & ~self.visible_ground
 
-    @cached_property
+    @computed_once
     def ground_depth_m(self) -> Floats:
         """float32 (h, w), metres to the walkable surface; NaN where `ground` is False."""
         return np.where(self.ground, self.unmasked_ground_depth_m, np.float32(np.nan))
 
-    @cached_property
+    @computed_once
     def _plane_or_reason(self) -> GroundPlane | GroundPlaneError:
         """The plane, or why there is none."""
         if self.laid_onto is not None:
@@ -185,7 +185,7 @@ class GroundMaps:
         except GroundPlaneError as error:
             return error
 
-    @cached_property
+    @computed_once
     def _ground_confidence(self) -> float:
         return curves().ground.at(ground_inputs(self.ground_probability))
 
@@ -197,7 +197,7 @@ class GroundMaps:
         """
         return self._ground_confidence >= curves().least_ground
 
-    @cached_property
+    @computed_once
     def confidence(self) -> Confidence:
         """How far to believe this: that there is ground, and its metres.
 

@@ -6,7 +6,7 @@ a band goes to a waiting thread in some ten microseconds.
 
 import os
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from threading import Lock
 from typing import Any, TypeVar
 
@@ -49,8 +49,17 @@ def on_bands(work: Callable[[slice], ResultT], slices: list[slice]) -> list[Resu
     The caller's thread takes the first slice.
     """
     first, *others = slices
-    futures = [_pool(len(others)).submit(work, each) for each in others] if others else []
+    futures = [_begun(work, each, len(others)) for each in others]
     return [work(first), *(future.result() for future in futures)]
+
+
+def _begun(work: Callable[[slice], ResultT], each: slice, threads: int) -> Future[ResultT]:
+    try:
+        return _pool(threads).submit(work, each)
+    except RuntimeError:  # no thread begins when the main one has ended; others may go on
+        done = Future[ResultT]()
+        done.set_result(work(each))
+        return done
 
 
 def at_once(works: Iterable[Callable[[], Any]]) -> list[Any]:

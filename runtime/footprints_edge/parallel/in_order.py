@@ -1,12 +1,16 @@
 """A function of many items on a few threads, its results in the order of the items."""
 
+import atexit
 from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, wait
-from queue import SimpleQueue
+from contextlib import suppress
+from functools import cache
+from queue import Empty, SimpleQueue
 from threading import Thread
+from time import monotonic
 from typing import Any, Generic, TypeAlias, TypeVar
-from weakref import finalize
+from weakref import WeakKeyDictionary, finalize
 
 ResultT = TypeVar("ResultT")
 _Given: TypeAlias = SimpleQueue[tuple[Future[ResultT], Any] | None]
@@ -39,10 +43,12 @@ class PredictionIterator(Generic[ResultT]):
         self._threads = [
             Thread(target=_work, args=(predict, self._given), daemon=True) for _ in range(workers)
         ]
+        _join_at_exit_if_not_yet()
         for thread in self._threads:
+            _queues[thread] = self._given
             thread.start()
-        # also when nobody takes the rest
-        self._no_more = finalize(self, _end, self._given, workers)
+        # when nobody takes the rest
+        self._no_more = finalize(self, _drop, self._given, workers)
 
     def __iter__(self) -> "PredictionIterator[ResultT]":
         return self
@@ -54,8 +60,9 @@ class PredictionIterator(Generic[ResultT]):
                 self._pending.append(future)
                 self._given.put((future, item))
         except StopIteration:
+            if self._ahead:
+                _end(self._given, len(self._threads))
             self._ahead = 0
-            self._no_more()
         if not self._pending:
             raise StopIteration
         # taken off after the wait: what Ctrl-C interrupts is still there
@@ -100,6 +107,34 @@ def _work(predict: Callable[[Any], ResultT], queue: _Given[ResultT]) -> None:
                 future.set_result(result)
                 del result
         del given, future, item
+
+
+def _drop(queue: _Given[Any], workers: int) -> None:
+    """Ends the workers after what they are at; what waits is cancelled."""
+    with suppress(Empty):
+        while True:
+            if (given := queue.get_nowait()) is not None:
+                given[0].cancel()
+    _end(queue, workers)
+
+
+_queues: WeakKeyDictionary[Thread, _Given[Any]] = WeakKeyDictionary()
+_AT_EXIT_S = 5.0
+
+
+@cache
+def _join_at_exit_if_not_yet() -> None:
+    atexit.register(_join_all)
+
+
+def _join_all() -> None:
+    """A thread that comes back from an engine as the interpreter ends would abort the process."""
+    until = monotonic() + _AT_EXIT_S
+    begun = list(_queues.items())
+    for _, queue in begun:
+        _drop(queue, 1)
+    for thread, _ in begun:
+        thread.join(max(0.0, until - monotonic()))
 
 
 def _end(queue: _Given[Any], workers: int) -> None:

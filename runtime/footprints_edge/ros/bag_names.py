@@ -1,6 +1,5 @@
 """Which inputs are bags, and the names of what is written for them."""
 
-import os
 from pathlib import Path
 
 BAG_SUFFIXES = frozenset({".mcap", ".bag", ".db3"})
@@ -15,7 +14,11 @@ def is_bag(named: str) -> bool:
     """Whether a command-line argument names a bag: a file, or a folder of ROS 2."""
     if Path(named).suffix.lower() in BAG_SUFFIXES:
         return True
-    return os.path.isfile(os.path.join(named, "metadata.yaml"))  # noqa: PTH113, PTH118 - any text
+    try:
+        with (Path(named) / "metadata.yaml").open("rb") as file:
+            return b"rosbag2_bagfile_information" in file.read(4096)
+    except (OSError, ValueError):  # such as a name that is too long for a file
+        return False
 
 
 def names_file(output: Path | None) -> bool:
@@ -32,6 +35,8 @@ def written_bag(source: Path, output: Path | None) -> Path:
     """
     if output is not None and names_file(output):
         return output
+    if source.name in {"", ".."}:
+        source = source.resolve()
     suffix = ".bag" if source.suffix.lower() == ".bag" else ".mcap"
     return (output or source.parent) / (source.name + _ENDING + suffix)
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 from shutil import rmtree
+from tempfile import mkdtemp
 from typing import Any
 
 import numpy as np
@@ -96,16 +97,18 @@ def contents_equal(one: Any, other: Any) -> bool:  # noqa: ANN401 - messages or 
     return one is not None and without_time(one) == without_time(other)
 
 
+_NAME = "bag"
+
+
 class _McapBag:
     """rosbags writes a folder with an mcap file in it: the file is all that is kept."""
 
     def __init__(self, path: Path) -> None:
-        self._path, self._folder = path, path.with_suffix("")
-        rmtree(self._folder, ignore_errors=True)  # of a run that was killed
+        self._path, self._folder = path, Path(mkdtemp(prefix=f".{path.stem}.", dir=path.parent))
         library = rosbags()
         self._types = message_types(2)
         self._writer = library.rosbag2.Writer(
-            self._folder,
+            self._folder / _NAME,
             version=_RECORDED_AS,
             storage_plugin=library.rosbag2.StoragePlugin.MCAP,
         )
@@ -131,7 +134,7 @@ class _McapBag:
     def close(self) -> None:
         try:
             self._writer.close()
-            (self._folder / f"{self._folder.name}.mcap").replace(self._path)
+            (self._folder / _NAME / f"{_NAME}.mcap").replace(self._path)
         finally:
             rmtree(self._folder, ignore_errors=True)
 

@@ -42,12 +42,21 @@ def open_encoder(path: Path, name: str, fps: float, size: Size) -> Encoder:
         VideoError: If the file cannot be written.
     """
     try:
-        return _H264(name, fps, size) if find_spec("av") else _Mpeg4(name, fps, size)
+        return _H264(name, fps, size) if _has_x264() else _Mpeg4(name, fps, size)
     except (OSError, ValueError) as error:  # PyAV's errors are some of each
         raise VideoError(
             f"{path} cannot be written as video of {size[1]} x {size[0]} pixels and {fps:g} "
             f"frames per second: {error}; check the folder"
         ) from error
+
+
+def _has_x264() -> bool:
+    """Whether there is a PyAV, and one with x264: builds of distributions lack it."""
+    if find_spec("av") is None:
+        return False
+    import av
+
+    return "libx264" in av.codecs_available
 
 
 class _H264:

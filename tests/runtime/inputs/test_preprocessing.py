@@ -115,11 +115,12 @@ def test_very_large_pictures_come_out_the_same_in_strips(size, gap, monkeypatch)
 
 @pytest.mark.parametrize("name", FILTERS)
 @pytest.mark.parametrize(
-    "image_size", [(720, 1280), (721, 1283), (1999, 1502), (97, 131), (1, 1), (200, 3000)]
+    "image_size",
+    [(720, 1280), (721, 1283), (1999, 1502), (97, 131), (1, 1), (200, 3000), (1600, 738)],
 )
 def test_threads_do_not_change_a_byte(image_size, name):
     rgb = np.random.default_rng(1).integers(0, 256, (*image_size, 3), np.uint8)
-    for size in ((256, 448), (448, 256)):
+    for size in ((256, 448), (448, 256), (480, 224)):
         alone = preprocess(rgb, size, name)
         for threads in (2, 3):
             np.testing.assert_array_equal(preprocess(rgb, size, name, threads), alone)
