@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 import footprints_edge as fp
+from footprints_edge.errors import GroundPlaneError
 from footprints_edge.inputs.preprocessing import FILTERS
 from footprints_edge_export.verification.check_vectors import check_vectors
 from footprints_edge_export.verification.test_vectors import write_vectors
@@ -130,9 +131,10 @@ def nearest_free(prediction):
 
 
 def agrees(said, expected):
-    """Whether two such lines agree to a cell and a half."""
+    """Whether two such lines agree to a cell and a half, and in the side."""
     numbers = [[float(n) for n in re.findall(r"[0-9.]+(?= m)", line)] for line in (said, expected)]
-    return numbers[0] == pytest.approx(numbers[1], abs=0.08)
+    same_side = said.split()[-1] == expected.split()[-1]
+    return same_side and numbers[0] == pytest.approx(numbers[1], abs=0.08)
 
 
 @pytest.fixture(scope="module")
@@ -144,7 +146,8 @@ def expected(model, room):
     }
 
 
-def test_the_c_example_says_what_python_says(library, model, room, expected, tmp_path):
+def compiled(library, source, program):
+    """A program in C, built against the installed library."""
     compiler = [
         *("cc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"),
         *SANITIZED.split(),
@@ -153,11 +156,77 @@ def test_the_c_example_says_what_python_says(library, model, room, expected, tmp
         *("pkg-config", "--cflags", "--libs", "footprints_edge"),
         env={**os.environ, "PKG_CONFIG_PATH": str(library.prefix / "lib" / "pkgconfig")},
     ).split()
-    program = tmp_path / "nearest_ground"
     rpath = f"-Wl,-rpath,{library.onnxruntime.parent}"
-    run(*compiler, EXAMPLES / "c" / "nearest_ground.c", *flags, rpath, "-o", program)
+    run(*compiler, source, *flags, rpath, "-o", program)
+    return program
+
+
+def test_the_c_example_says_what_python_says(library, model, room, expected, tmp_path):
+    program = compiled(library, EXAMPLES / "c" / "nearest_ground.c", tmp_path / "nearest_ground")
     assert agrees(run(program, model.path, room), expected[None])
     assert agrees(run(program, model.path, room, "1.2"), expected[1.2])
+
+
+def test_the_c_example_refuses_a_deep_picture(library, model, tmp_path):
+    """Its 16 bits are not taken for 8."""
+    (tmp_path / "deep.ppm").write_bytes(b"P6 4 4 65535 " + bytes(96))
+    program = compiled(library, EXAMPLES / "c" / "nearest_ground.c", tmp_path / "nearest_ground")
+    done = subprocess.run(
+        [program, model.path, tmp_path / "deep.ppm"], check=False, capture_output=True, text=True
+    )
+    assert done.returncode == 1
+    assert "is no 8-bit P6 file" in done.stderr
+
+
+ODD_CALLS = r"""
+#include <footprints_edge.h>
+#include <math.h>
+#include <stdio.h>
+
+int main(int count, char **words) {
+    static uint8_t rgb[96 * 128 * 3];
+    fpe_model *model;
+    fpe_prediction *seen, *known;
+    fpe_grid *grid;
+    fpe_options options = fpe_default_options();
+    int rows, columns;
+    if (count != 2 || fpe_load(words[1], 1, &model)) return 1;
+    printf("%d ", fpe_input_size(model, 96, 128, NULL, &columns));
+    printf("%d ", fpe_input_size(model, 96, 0, &rows, &columns));
+    options.threshold = 1; /* nothing is ground */
+    if (fpe_predict(model, rgb, 96, 128, NULL, &options, &seen)) return 1;
+    fpe_plane plane;
+    int is_refused = fpe_ground_plane(seen, &plane) == FPE_NO_GROUND_PLANE;
+    printf("%d %s ", is_refused, fpe_no_ground_plane_reason(seen));
+    options.camera_height_m = 1.4, options.pitch_deg = 20, options.roll_deg = 0;
+    if (fpe_predict(model, rgb, 96, 128, NULL, &options, &known)) return 1;
+    printf("%d ", fpe_no_ground_plane_reason(known) == NULL);
+    const double ranges_m[] = {1.1, 1.0}, cells_m[] = {0.1, 0.3};
+    for (int i = 0; i < 2; i++) {
+        if (fpe_top_down(known, cells_m[i], ranges_m[i], FPE_ROBOT_HEIGHT_M, &grid)) return 1;
+        fpe_grid_size(grid, &rows, &columns);
+        printf("%d %d ", rows, isnan(fpe_grid_nearest_obstacle_m(grid, NAN)) != 0);
+        fpe_grid_free(grid);
+    }
+    fpe_prediction_free(seen);
+    fpe_prediction_free(known);
+    fpe_model_free(model);
+    return 0;
+}
+"""
+
+
+def test_odd_calls_from_c_are_answered_as_in_python(library, model, tmp_path):
+    (tmp_path / "odd_calls.c").write_text(ODD_CALLS)
+    program = compiled(library, tmp_path / "odd_calls.c", tmp_path / "odd_calls")
+    prediction = model.predict(
+        np.zeros((96, 128, 3), np.uint8), camera_height_m=1.4, pitch_deg=20, roll_deg=0
+    )
+    rows = [prediction.top_down(*sizes).cells.shape[0] for sizes in ((0.1, 1.1), (0.3, 1.0))]
+    with pytest.raises(GroundPlaneError) as refusal:
+        model.predict(np.zeros((96, 128, 3), np.uint8), threshold=1).ground_plane()
+    expected = f"1 1 1 {refusal.value.reason} 1 {rows[0]} 1 {rows[1]} 1"
+    assert run(program, model.path).split() == expected.split()
 
 
 def blocks(page):

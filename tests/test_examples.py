@@ -2,6 +2,8 @@
 
 import ast
 import json
+import math
+import re
 import shutil
 import subprocess
 import sys
@@ -12,6 +14,7 @@ import pytest
 from PIL import Image
 
 import footprints_edge as fp
+from footprints_edge.maps.confidence import curves
 from footprints_edge_export.verification.check_vectors import check_vectors
 from footprints_edge_export.verification.test_vectors import write_vectors
 
@@ -92,6 +95,26 @@ def test_the_minimal_program_gives_the_metres_of_the_vectors(model, vectors, tmp
 
 
 JS = CHECKOUT / "runtime" / "js"
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        "examples/embed_minimal.py",
+        "docs/porting-metres.md",
+        "runtime/cpp/src/prediction.cpp",
+        "runtime/js/src/maps/ground-maps.ts",
+    ],
+)
+def test_every_language_refuses_at_the_probability_of_the_bundled_curve(place):
+    """The 98th percentile of S* whose confidence is just `least_ground`."""
+    if not (CHECKOUT / place).is_file():
+        pytest.skip(f"{place} is not in this checkout")
+    found = curves()
+    least = math.log(found.least_ground / (1 - found.least_ground))
+    peak = (least - found.ground.offset) / found.ground.weights["peak"]
+    number = f"{1 / (1 + math.exp(-peak)):.4f}"
+    assert re.search(rf"\b{re.escape(number)}(?!\d)", (CHECKOUT / place).read_text())
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,9 @@ static void fail(const char *path, const char *what) {
 static uint8_t *read_ppm(const char *path, int *height, int *width) {
     FILE *file = fopen(path, "rb");
     if (!file) fail(path, "cannot be opened");
-    if (fscanf(file, "P6 %d %d 255", width, height) != 2) fail(path, "is no 8-bit P6 file");
+    int most;
+    if (fscanf(file, "P6 %d %d %d", width, height, &most) != 3 || most != 255)
+        fail(path, "is no 8-bit P6 file");
     if (*width < 1 || *height < 1 || *width > 32768 || *height > 32768) fail(path, "has no size");
     fgetc(file);
     size_t size = (size_t)*height * *width * 3;

@@ -3,6 +3,7 @@
 ``docs/porting-metres.md`` is the same in pseudo-code.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -116,7 +117,7 @@ def ground_plane(prediction: Prediction) -> dict[str, Any]:
 
 def grid_facts(robot_height_m: float = ROBOT_HEIGHT_M) -> dict[str, Any]:
     """The grid of the vectors, as ``vectors.json`` states it."""
-    rows = round(RANGE_M / CELL_M)
+    rows = math.ceil(RANGE_M / CELL_M - 1e-6)
     return {
         "cell_m": CELL_M,
         "range_m": RANGE_M,

@@ -90,7 +90,10 @@ def read_record3d(folder: Path) -> Sequence:
         times_s = [float(value) for value in about.get("frameTimestamps") or ()]
         if len(times_s) != len(rows):
             times_s = [number / float(about["fps"]) for number in range(len(rows))]
-    except (OSError, ValueError, KeyError, TypeError, ZeroDivisionError) as error:
+    except (
+        *(OSError, ValueError, KeyError, TypeError),
+        *(ArithmeticError, RecursionError),  # an infinite size, 0 fps; deep JSON
+    ) as error:
         raise SequenceError(f"{path}: no readable metadata of Record3D ({error!r})") from error
     if not rows or {len(row) for row in rows} != {7} or min(size) < 1:
         raise SequenceError(f"{path}: a size and seven numbers a pose are needed")

@@ -24,7 +24,7 @@ def stated_credits(weights: Any, name: str) -> list[Credit]:  # noqa: ANN401 - o
     try:
         facts = json.loads(bytes(weights[CREDITS_KEY].to(torch.uint8).tolist()))
         return [Credit(**each) for each in facts]
-    except (AttributeError, ValueError, TypeError) as error:
+    except (AttributeError, ValueError, TypeError, NotImplementedError) as error:
         raise ModelError(f"{name}: {CREDITS_KEY} is no list of credits ({error})") from error
 
 

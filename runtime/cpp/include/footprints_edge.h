@@ -34,7 +34,8 @@ typedef enum fpe_status {
     FPE_BAD_ARGUMENT = 1,    /* a value that cannot be */
     FPE_BAD_MODEL = 2,       /* a file that is missing, damaged or none of footprints-edge; or it fails */
     FPE_MISSING_MAP = 3,     /* the model was converted without the maps that this needs */
-    FPE_NO_GROUND_PLANE = 4, /* too little ground, none that is flat, or a plane that cannot be */
+    FPE_NO_GROUND_PLANE = 4, /* the picture shows no ground, too little, none that is flat, or the
+                                plane cannot be: fpe_no_ground_plane_reason */
     FPE_OUTSIDE = 5,         /* a path's start or goal is outside the picture */
     FPE_OFF_GROUND = 6,      /* a path's start or goal is not on ground, or too close to an obstacle */
     FPE_NO_PATH = 7,         /* no path connects the two */
@@ -153,6 +154,10 @@ typedef struct fpe_plane {
 /* The plane of the ground. What is known of the pose holds, and the rest is fitted. */
 FPE_API fpe_status fpe_ground_plane(const fpe_prediction *prediction, fpe_plane *plane);
 
+/* Why there is no plane, in a word for programs: "no_ground", "few_pixels", "little_ground", "one_line",
+   "not_flat", "above_camera" or "impossible_pose"; NULL if there is one, or the model lacks maps for it. */
+FPE_API const char *fpe_no_ground_plane_reason(const fpe_prediction *prediction);
+
 /* ---- Navigation ---- */
 
 /* The default height of a robot, metres: it passes beneath higher things. */
@@ -177,7 +182,7 @@ FPE_API void fpe_grid_place(const fpe_grid *grid, int row, int column, double *f
                             double *left_m);
 
 /* Metres from the point below the camera to the first occupied cell at a bearing, degrees from straight
-   ahead, left positive; infinite without one. */
+   ahead, left positive; infinite without one, NaN for a bearing that is not finite. */
 FPE_API float fpe_grid_nearest_obstacle_m(const fpe_grid *grid, double bearing_deg);
 
 /* The same for many bearings, without a grid, as a laser scanner reports it: to 50 m, infinite where no

@@ -72,7 +72,8 @@ class Grid {
         return place;
     }
 
-    /* Metres to the first occupied cell at a bearing, degrees, left positive; infinite without one. */
+    /* Metres to the first occupied cell at a bearing, degrees, left positive; infinite without one,
+       NaN for a bearing that is not finite. */
     float nearest_obstacle_m(double bearing_deg) const {
         return fpe_grid_nearest_obstacle_m(grid_.get(), bearing_deg);
     }
@@ -100,6 +101,12 @@ class Prediction {
         Plane plane{};
         check(fpe_ground_plane(prediction_.get(), &plane));
         return plane;
+    }
+
+    /* Why there is none, in a word; empty if there is one, or the model lacks maps for it. */
+    std::string no_ground_plane_reason() const {
+        const char *word = fpe_no_ground_plane_reason(prediction_.get());
+        return word ? word : "";
     }
 
     Prediction at_size(int height, int width) const {

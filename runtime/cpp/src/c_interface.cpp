@@ -129,6 +129,8 @@ fpe_status fpe_input_size(const fpe_model *model, int image_height, int image_wi
                           int *width) {
     return guarded([&] {
         require(model, "model");
+        require(height, "height");
+        require(width, "width");
         const fpe::Size size = model->network.input_size(checked_image(image_height, image_width));
         *height = size.height;
         *width = size.width;
@@ -236,6 +238,11 @@ fpe_status fpe_ground_plane(const fpe_prediction *prediction, fpe_plane *plane) 
                   found.roll_deg(),
                   found.error_m};
     });
+}
+
+const char *fpe_no_ground_plane_reason(const fpe_prediction *prediction) {
+    const fpe::NoGroundPlane *why = prediction->value.no_plane.get();
+    return why ? why->reason : nullptr;
 }
 
 fpe_status fpe_top_down(const fpe_prediction *prediction, double cell_m, double range_m,

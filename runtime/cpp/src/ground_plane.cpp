@@ -111,6 +111,7 @@ Vector refitted(const Vector &gradient, const Samples &samples) {
             for (int column = 0; column < 3; column++) normal[row][column] += ray[row] * ray[column];
         }
     }
+    if (!(dot(normal[0], cross(normal[1], normal[2])) > 1e-12)) return gradient; /* all in a line */
     /* symmetric, so that its rows are its columns */
     return solved(normal[0], normal[1], normal[2], right);
 }

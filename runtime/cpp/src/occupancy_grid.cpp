@@ -19,7 +19,7 @@ void check_grid(double cell_m, double range_m) {
 
 OccupancyGrid make_grid(const Prediction &prediction, const Obstacles &obstacles, double cell_m,
                         double range_m) {
-    const int rows = int(std::nearbyint(range_m / cell_m));
+    const int rows = int(std::ceil(range_m / cell_m - 1e-6)); /* 1.1 / 0.1 is a little over 11 */
     OccupancyGrid grid{rows, cell_m, std::vector<uint8_t>(size_t(rows) * 2 * rows, FPE_UNKNOWN)};
     const PlaneMap plane(ground_plane(prediction), prediction.camera);
     const Size size = prediction.maps.size;
@@ -47,6 +47,7 @@ OccupancyGrid make_grid(const Prediction &prediction, const Obstacles &obstacles
 }
 
 float nearest_obstacle_m(const OccupancyGrid &grid, double bearing_deg) {
+    if (!std::isfinite(bearing_deg)) return NAN;
     const double ahead = std::cos(radians(bearing_deg)), aside = std::sin(radians(bearing_deg));
     const double most = 4 * std::hypot(grid.rows, grid.columns());
     for (int quarters = 0; quarters < most; quarters++) {

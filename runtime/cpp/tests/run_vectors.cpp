@@ -62,7 +62,7 @@ void write(const std::string &name, const std::vector<float> &values) {
     write_npy(name, "<f4", std::to_string(values.size()) + ",", values.data(), values.size() * 4);
 }
 
-void write_plane(const fpe::Plane *plane, const char *reason) {
+void write_plane(const fpe::Plane *plane, const std::string &reason) {
     std::ofstream file(folder + "/ground_plane.json");
     file.precision(17);
     if (plane)
@@ -72,20 +72,6 @@ void write_plane(const fpe::Plane *plane, const char *reason) {
              << ", \"error_m\": " << plane->error_m << "}\n";
     else
         file << "{\"refused\": \"" << reason << "\"}\n";
-}
-
-/* The word for why there is no plane, which the interface says in a sentence. */
-const char *reason_of(const std::string &message) {
-    const char *const words[][2] = {{"a plane needs 20", "few_pixels"},
-                                    {"lie in one line", "one_line"},
-                                    {"is above the camera", "above_camera"},
-                                    {"of the picture is ground", "little_ground"},
-                                    {"shows no ground", "no_ground"},
-                                    {"cannot be the ground", "impossible_pose"},
-                                    {"is not flat", "not_flat"}};
-    for (const auto &pair : words)
-        if (message.find(pair[0]) != std::string::npos) return pair[1];
-    return "?";
 }
 
 void run(int count, char **words) {
@@ -132,10 +118,10 @@ void run(int count, char **words) {
     write("flat_ground_depth_m", flat.map(FPE_GROUND_DEPTH_M));
     try {
         const fpe::Plane plane = flat.ground_plane();
-        write_plane(&plane, nullptr);
+        write_plane(&plane, "");
     } catch (const fpe::Error &error) {
         if (error.status != FPE_NO_GROUND_PLANE) throw;
-        write_plane(nullptr, reason_of(error.what()));
+        write_plane(nullptr, flat.no_ground_plane_reason());
         return;
     }
     const double robot_height_m = numbers[15];

@@ -5,6 +5,7 @@ caster of the tests' own, so that depth lifted by pose and camera must lie on it
 """
 
 import json
+import math
 import pickle
 
 import cv2
@@ -290,6 +291,8 @@ def test_frames_of_a_video_are_taken_out_once(stray):
         ("stray", lambda f: (f / "depth/000006.png").unlink(), "000006.png: missing"),
         ("stray", lambda f: (f / "camera_matrix.csv").write_text("a"), "3x3"),
         ("record3d", lambda f: (f / "metadata").write_text("{}"), "no readable metadata"),
+        ("record3d", lambda f: restate(f, h=math.inf), "no readable metadata"),
+        ("record3d", lambda f: (f / "metadata").write_text("[" * 99999), "no readable metadata"),
         ("record3d", lambda f: (f / "rgbd/6.depth").unlink(), r"6\.depth: missing"),
         ("record3d", lambda f: (f / "rgbd/6.jpg").unlink(), r"6\.jpg: missing"),
         ("colmap", lambda f: spoil_colmap(f, "cameras.txt", "OPENCV", "0.1 0 0 0"), "undistort"),
@@ -309,6 +312,11 @@ def test_damaged_depth_of_record3d_is_told(record3d):
     depth.write_bytes(b"nonsense")
     with pytest.raises(SequenceError, match=r"0\.depth: not readable"):
         read_sequence(record3d).frames[0].depth.read()
+
+
+def restate(folder, **facts):
+    path = folder / "metadata"
+    path.write_text(json.dumps(json.loads(path.read_text()) | facts))
 
 
 def spoil_colmap(folder, name, model, more):
