@@ -130,7 +130,7 @@ describe("a wall", () => {
   it("hides ground, which a path may use and a path on visible ground may not", () => {
     const behind = [160, 2 * (47.5 + 30)] as const;
     const near = [160, 190] as const;
-    const path = wall.plan(near, behind);
+    const path = wall.plan(near, behind, { marginM: 0.1 });
     expect(path.passesHiddenGround).toBe(true);
     expect(path.placesM.at(-1)![0]).toBeCloseTo(6, 0);
     expect(path.lengthM).toBeGreaterThan(2.4);
