@@ -175,6 +175,21 @@ def test_node_takes_pictures_and_prints_a_line_of_json_each(node, model, tmp_pat
         assert mask.mean() == pytest.approx(found["ground_fraction"]["all"])
 
 
+def test_node_goes_on_after_a_picture_that_is_none(node_modules, tmp_path):
+    photo, broken = tmp_path / "room.jpg", tmp_path / "broken.jpg"
+    shutil.copyfile(ROOM, photo)
+    broken.write_bytes(b"\xff\xd8 no picture")
+    words = ["npm", "run", "--silent", "find-ground", "--"]
+    options = {"capture_output": True, "text": True, "cwd": node_modules.parent}
+    done = subprocess.run([*words, broken, photo], check=False, **options)
+    assert [json.loads(line)["image"] for line in done.stdout.splitlines()] == ["room.jpg"]
+    assert done.returncode == 1
+    (complaint,) = done.stderr.splitlines()
+    assert "broken.jpg" in complaint
+    done = subprocess.run([*words, "--camera-height", "high", photo], check=False, **options)
+    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, "", 1)
+
+
 @pytest.fixture(scope="module")
 def packed(node_modules, tmp_path_factory):
     """An empty folder, into which the package was installed from what `npm pack` makes."""
@@ -217,6 +232,8 @@ def test_the_package_for_javascript_runs_where_it_is_installed(packed, model):
     length_m = expected.plan((640, 700), (640, 520)).length_m
     assert found["lengthM"] == pytest.approx(length_m, rel=0.01)
     assert not list((packed / "node_modules").glob("*/.gitignore"))
+    licence = (packed / "node_modules" / "footprints-edge" / "LICENSE").read_text()
+    assert licence == (CHECKOUT / "LICENSE").read_text()
 
 
 def test_the_package_for_javascript_has_types(packed):

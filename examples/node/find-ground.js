@@ -21,8 +21,21 @@ if (paths.length === 0) {
   process.exit(2);
 }
 const cameraHeightM = values["camera-height"] && Number(values["camera-height"]);
+if (cameraHeightM !== undefined && !(cameraHeightM > 0)) {
+  console.error(`--camera-height is ${values["camera-height"]}; give metres, such as 1.5`);
+  process.exit(2);
+}
 const model = await load();
 for (const path of paths) {
+  try {
+    await findGround(path);
+  } catch (error) {
+    console.error(`${path}: ${error.message}`); // the others can still be read
+    process.exitCode = 1;
+  }
+}
+
+async function findGround(path) {
   const found = await model.predict(await decode(await readFile(path)), { cameraHeightM });
   const masks = { visible_ground: found.visibleGround, ground: found.ground, hidden_ground: found.hiddenGround };
   for (const [name, mask] of Object.entries(masks)) {

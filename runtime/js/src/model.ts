@@ -1,6 +1,6 @@
 /** A loaded model, and the stages of a prediction in order. */
 
-import type { Engine } from "./engines/engine.ts";
+import { checkedMaps, type Engine } from "./engines/engine.ts";
 import { ModelError } from "./errors.ts";
 import type { Size } from "./foundation/types.ts";
 import { intrinsicsOf, scaledCamera, type Camera } from "./geometry/camera.ts";
@@ -72,28 +72,36 @@ export class Model<Source> {
    * @throws ImageError If the image cannot be read.
    * @throws IntrinsicsError If the camera is impossible.
    * @throws CameraPoseError If the pose is impossible.
+   * @throws ModelError If the network gives no maps from 0 to 1: the file is damaged.
    * @throws RangeError If the threshold is not between 0 and 1.
    */
   async predict(image: Source, options: PredictOptions = {}): Promise<Prediction> {
     return (await this.run(image, options)).prediction;
   }
 
-  /** As `predict`, with the network's own input and output; `size` overrules its usual input size. */
+  /**
+   * As `predict`, with the network's own input and output.
+   *
+   * @param size Overrules the usual input size; multiples of 32.
+   */
   async run(image: Source, options: PredictOptions = {}, size?: Size): Promise<NetworkRun> {
     const { camera = null, threshold = 0.5, flatten = true } = options;
     if (!(threshold >= 0 && threshold <= 1)) {
       throw new RangeError(`threshold is ${threshold}; it is a probability: give 0 to 1`);
     }
+    if (size && !(isMultiple(size.height) && isMultiple(size.width))) {
+      throw new RangeError(`size is ${size.height} x ${size.width}; give positive multiples of ${STRIDE}`);
+    }
     const pose = poseOf(options);
     const times = [performance.now()];
     const decoded = await this.#decode(image);
-    const imageSize = { height: decoded.height, width: decoded.width };
+    const { imageSize } = decoded;
     const given = intrinsicsOf(imageSize, camera, decoded.focal35mm);
     times.push(performance.now());
     const mapSize = size ?? this.inputSize(imageSize);
     const input = resizeToRgb(decoded, mapSize, this.metadata.resize);
     times.push(performance.now());
-    const output = await this.engine.run(input, mapSize);
+    const output = checkedMaps(await this.engine.run(input, mapSize), mapSize);
     times.push(performance.now());
     const intrinsics = scaledCamera(given, imageSize, mapSize);
     const timingsMs = { decode: 0, preprocess: 0, inference: 0, postprocess: 0 };
@@ -123,4 +131,8 @@ export class Model<Source> {
   async release(): Promise<void> {
     await this.engine.release();
   }
+}
+
+function isMultiple(side: number): boolean {
+  return side > 0 && side % STRIDE === 0;
 }

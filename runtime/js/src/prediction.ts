@@ -104,9 +104,12 @@ export class Prediction extends GroundMaps {
    * @throws PlanningError Base class of these; also if an argument is invalid.
    * @throws GroundPlaneError If there is no ground plane.
    */
-  plan(start: Pair, goal: Pair, options: PlanOptions = {}): GroundPath {
-    const defaults = { unit: "px", marginM: 0, ground: "all", robotHeightM: ROBOT_HEIGHT_M } as const;
-    return findPath(this, start, goal, { ...defaults, ...options });
+  plan(
+    start: Pair,
+    goal: Pair,
+    { unit = "px", marginM = 0, ground = "all", robotHeightM = ROBOT_HEIGHT_M }: PlanOptions = {},
+  ): GroundPath {
+    return findPath(this, start, goal, { unit, marginM, ground, robotHeightM });
   }
 
   /** The same prediction with maps at another size. */

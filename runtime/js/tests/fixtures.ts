@@ -13,6 +13,8 @@ export interface Facts {
   colours: number[];
   positions: [number, number][];
   depths: [number, number, number][];
+  /** 35 mm equivalent focal lengths of JPEG files. */
+  lenses: Record<string, number | null>;
   photos: Record<string, Photo>;
 }
 

@@ -12,12 +12,14 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, TiffImagePlugin
+from PIL.ExifTags import IFD, Base
 
 import footprints_edge as fp
 from footprints_edge.drawing.colormap import colour_scale, scale_position
 from footprints_edge.foundation.types import Size
 from footprints_edge.geometry.camera import disparity_to_depth
+from footprints_edge.inputs.lens import read_lens
 from footprints_edge.inputs.preprocessing import FILTERS, preprocess, working_size
 from footprints_edge_export.verification.test_vectors import write_vectors
 
@@ -35,6 +37,17 @@ RESIZES: tuple[tuple[Size, Size], ...] = (
     ((1, 1), (64, 64)),
 )
 SIZES = ((720, 1280), (1280, 720), (480, 640), (1000, 1000), (300, 4000), (33, 47), (1, 9000))
+LENSES = {
+    "zoomed": (26, 2.5, "maker"),
+    "zoomed-by-an-iphone": (26, 2.5, "Apple"),
+    "zoomed-impossibly": (26, 500.0, "maker"),
+    "not-zoomed": (26, 0.0, "maker"),
+    "short-name": (26, 2.0, "LG"),
+    "too-short": (3, 1.0, "maker"),
+    "too-long": (5001, 1.0, "maker"),
+}
+"""35 mm equivalent focal length, digital zoom and maker, as EXIF states them."""
+
 FILM_FRAMES, FILM_HZ = 30, 10
 EXACT = {"session.x64quantprecision": "1"}
 """Lets onnxruntime multiply int8 without saturation on x86 processors that have no VNNI.
@@ -61,6 +74,7 @@ def main() -> None:
         "depths": [
             [s, disparity_to_depth(s), disparity_to_depth(s, 0.5, 40)] for s in (0, 0.01, 1)
         ],
+        "lenses": {name: write_lens(name, *stated) for name, stated in LENSES.items()},
         "photos": {name: write_photo(model, name, data) for name, data in photos.items()},
     }
     (FIXTURES / "facts.json").write_text(json.dumps(facts))
@@ -104,6 +118,18 @@ def write_photo(model: fp.Model, name: str, data: bytes) -> dict[str, object]:
     np.save(FIXTURES / f"{name}.npy", np.stack(maps))
     camera = prediction.intrinsics
     return {"camera": [camera.fx, camera.fy, camera.cx, camera.cy, camera.source]}
+
+
+def write_lens(name: str, focal_mm: int, zoom: float, maker: str) -> float | None:
+    """Writes a JPEG file that states this; returns the focal length that the runtime reads."""
+    exif = Image.Exif()
+    exif[Base.Make] = maker
+    rational = TiffImagePlugin.IFDRational(zoom)
+    exif[IFD.Exif] = {Base.FocalLengthIn35mmFilm: focal_mm, Base.DigitalZoomRatio: rational}
+    path = FIXTURES / f"{name}.jpg"
+    Image.new("RGB", (8, 8)).save(path, exif=exif)
+    with Image.open(path) as image:
+        return read_lens(image).focal_35mm
 
 
 def write_film(room: Image.Image, name: str, size: Size) -> None:

@@ -81,6 +81,10 @@ describe("a camera that is given", () => {
 describe("focal length", () => {
   it("is what the JPEG states", () => expect(focalLength35mm(fileOf("room.jpg"))).toBe(30));
 
+  it.each(Object.entries(known.lenses))("of %s is what the runtime reads", (name, focalMm) => {
+    expect(focalLength35mm(fileOf(`${name}.jpg`))).toBe(focalMm);
+  });
+
   it("is unknown for a PNG, nothing, and a file cut short", () => {
     expect(focalLength35mm(fileOf("upright.png"))).toBeNull();
     expect(focalLength35mm(new ArrayBuffer(0))).toBeNull();

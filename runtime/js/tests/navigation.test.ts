@@ -79,6 +79,41 @@ describe("a level floor", () => {
   });
 });
 
+describe("a picture without ground", () => {
+  const unsure = floor();
+  unsure.groundProbability.forEach((each, i) => (unsure.groundProbability[i] = Math.min(each, 0.8)));
+
+  it("has no plane, and says why each time", () => {
+    expect(unsure.showsGround).toBe(false);
+    for (let i = 0; i < 2; i++) {
+      expect(() => unsure.groundPlane()).toThrow(expect.objectContaining({ reason: "no_ground" }));
+    }
+    expect(() => unsure.plan([160, 190], [160, 150])).toThrow(GroundPlaneError);
+    expect(floor().showsGround).toBe(true);
+  });
+
+  it("has nothing drawn", () => {
+    const { rgba, labels } = drawGround(unsure, { height: 10, width: 20 });
+    expect([rgba.length, Math.max(...rgba), labels.length]).toEqual([800, 0, 0]);
+    expect(Math.max(...drawGround(floor(), { height: 10, width: 20 }).rgba)).toBeGreaterThan(0);
+  });
+});
+
+it("a grid reaches as far as its range", () => {
+  expect(floor().topDown(0.3, 1).rows).toBe(4);
+  expect(floor().topDown(0.1, 1.1).rows).toBe(11);
+});
+
+it("no bearing has no nearest obstacle", () => {
+  expect([...floor().topDown().nearestObstacleM([NaN, Infinity])]).toEqual([NaN, NaN]);
+});
+
+it("options that are undefined are the usual ones", () => {
+  const [start, goal] = [[160, 190], [160, 155]] as const;
+  const options = { marginM: undefined, unit: undefined, ground: undefined, robotHeightM: undefined };
+  expect(floor().plan(start, goal, options)).toEqual(floor().plan(start, goal));
+});
+
 describe("a wall", () => {
   const wall = floor({ wallM: 4.5 });
 
@@ -95,7 +130,7 @@ describe("a wall", () => {
   it("hides ground, which a path may use and a path on visible ground may not", () => {
     const behind = [160, 2 * (47.5 + 30)] as const;
     const near = [160, 190] as const;
-    const path = wall.plan(near, behind);
+    const path = wall.plan(near, behind, { marginM: 0.1 });
     expect(path.passesHiddenGround).toBe(true);
     expect(path.placesM.at(-1)![0]).toBeCloseTo(6, 0);
     expect(path.lengthM).toBeGreaterThan(2.4);

@@ -17,7 +17,7 @@ export function describePlace(
   const { imageSize, mapSize } = prediction;
   const place = prediction.at([x * imageSize.width - 0.5, y * imageSize.height - 0.5]);
   const seen = metres(place.visibleDepthM);
-  if (place.ground === "none") return { distance: seen, what: "not walkable" };
+  if (place.ground === "none" || !prediction.showsGround) return { distance: seen, what: "not walkable" };
   const inMaps = [x * mapSize.width - 0.5, y * mapSize.height - 0.5] as const;
   const placeM = prediction.laidOnto?.atPixel(inMaps, prediction.intrinsics);
   const alongFloor = placeM && Number.isFinite(placeM[0]) ? `, ${metres(Math.hypot(...placeM))} along it` : "";
@@ -44,16 +44,17 @@ export function describePath(path: GroundPath | NoPath): string {
 }
 
 /** How much of the picture is ground, for those who do not see it. */
-export function describeGround({ prediction: { visibleGround, ground } }: Analysis): string {
+export function describeGround({ prediction: { visibleGround, ground, showsGround } }: Analysis): string {
+  if (!showsGround) return "No walkable ground found.";
   const share = (mask: Uint8Array) =>
     Math.round((100 * mask.reduce((sum, each) => sum + each, 0)) / mask.length);
   const [visible, all] = [share(visibleGround), share(ground)];
-  if (all === 0) return "No walkable ground found.";
   return `Walkable ground on ${Math.max(visible, all)} % of the picture, ${visible} % in sight.`;
 }
 
 /** Height and pitch of the camera: as set, or as the ground shows them. */
-export function describePose({ laidOnto, pose }: Prediction): string {
+export function describePose({ laidOnto, pose, showsGround }: Prediction): string {
+  if (!showsGround) return "No ground found: nothing is drawn.";
   if (!laidOnto) return "The ground shows no plane: distances are the network's own.";
   const height = `${laidOnto.cameraHeightM.toFixed(2)} m above the ground`;
   const pitch = `looks down by ${laidOnto.pitchDeg.toFixed(0)}°`;

@@ -14,6 +14,7 @@ import type { NoPath, Point } from "../messages";
 
 /** The cheapest path from the free ground nearest to the bottom centre of the picture. */
 export function findPath(prediction: Prediction, goal: Point): GroundPath | NoPath {
+  if (!prediction.showsGround) return "no ground";
   const { width, height } = prediction.imageSize;
   const end = [goal.x * width - 0.5, goal.y * height - 0.5] as const;
   if (prediction.at(end).ground === "none") return "goal off ground";

@@ -38,7 +38,7 @@ interface Fields {
 }
 
 /**
- * Draws the ground.
+ * Draws the ground; nothing if the picture shows none.
  *
  * @param size Size of the layer; its shape is that of the picture.
  * @returns Four bytes a pixel (red, green, blue, opacity), and the numbers to write on the lines.
@@ -47,6 +47,7 @@ export function drawGround(
   maps: GroundMaps,
   size: Size,
 ): { rgba: Uint8ClampedArray<ArrayBuffer>; labels: DistanceLabel[] } {
+  if (!maps.showsGround) return { rgba: new Uint8ClampedArray(size.height * size.width * 4), labels: [] };
   const fields = fieldsOf(maps);
   return { rgba: paint(maps, fields, size), labels: labelsOf(maps, fields.nearness) };
 }

@@ -19,7 +19,8 @@ export async function openNodeEngine(
   file: Uint8Array,
   { threads }: NodeEngineOptions,
 ): Promise<Engine> {
-  // onnxruntime reports to its maker unless this is set before it starts; 0 lets it.
+  // onnxruntime reports to its maker unless this is set before it starts; 0 lets it. A worker thread sets
+  // only its own copy, which onnxruntime does not read: see docs/javascript.md.
   process.env.ORT_DISABLE_TELEMETRY ||= "1";
   const { env, InferenceSession, Tensor } = await import("onnxruntime-node");
   let session: InferenceSession;

@@ -68,7 +68,7 @@ export async function openWebEngine(
       last = result.catch(() => undefined);
       return result;
     },
-    release: () => session.release(),
+    release: () => last.then(() => session.release()),
   };
 }
 

@@ -41,7 +41,8 @@ export async function decodeImage(source: ImageSource): Promise<DecodedImage> {
   }
   try {
     const { data, width, height } = readPixels(bitmap);
-    return { data, width, height, focal35mm };
+    const imageSize = { height: bitmap.height, width: bitmap.width };
+    return { data, width, height, imageSize, focal35mm };
   } finally {
     if (bitmap !== drawable) bitmap.close();
   }

@@ -1,10 +1,12 @@
 /** Decoded pixels as a picture. */
 
 import { ImageError } from "../errors.ts";
-import type { Pixels } from "../foundation/types.ts";
+import type { Pixels, Size } from "../foundation/types.ts";
 
 /** An upright picture, and what its file says about the lens. */
 export interface DecodedImage extends Pixels {
+  /** Size of the picture; its pixels here are fewer if it was too large to be read as a whole. */
+  imageSize: Size;
   /** 35 mm equivalent focal length in millimetres, null if not stated. */
   focal35mm: number | null;
 }
@@ -40,7 +42,13 @@ export function decodedPixels({ data, width, height }: Pixels): DecodedImage {
         "each pixel, row by row",
     );
   }
-  return { data: channels === 4 ? onWhite(data) : data, width, height, focal35mm: null };
+  return {
+    data: channels === 4 ? onWhite(data) : data,
+    width,
+    height,
+    imageSize: { height, width },
+    focal35mm: null,
+  };
 }
 
 function onWhite(rgba: Pixels["data"]): Pixels["data"] {

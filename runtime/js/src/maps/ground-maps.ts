@@ -66,7 +66,8 @@ export class GroundMaps implements GroundMapsData {
   #ground?: Mask;
   #hiddenGround?: Mask;
   #groundDepthM?: Float32Array;
-  #plane?: GroundPlane;
+  #showsGround?: boolean;
+  #plane?: GroundPlane | GroundPlaneError;
 
   constructor(data: GroundMapsData) {
     this.visibleGroundProbability = data.visibleGroundProbability;
@@ -107,25 +108,40 @@ export class GroundMaps implements GroundMapsData {
   }
 
   /**
+   * Whether the picture shows ground: without, there is no plane, and nothing is drawn. The masks stay
+   * those of the network, thresholded.
+   */
+  get showsGround(): boolean {
+    return (this.#showsGround ??= quantile(this.groundProbability, SURE) >= LEAST_SURE);
+  }
+
+  /**
    * The plane of the ground, with the camera's height and pitch above it. The known part of the
    * camera's pose holds; the rest is fitted.
    *
-   * @throws GroundPlaneError If there is too little ground to fit a plane, if the ground is not flat,
-   *   or if the plane cannot be the ground.
+   * @throws GroundPlaneError If the picture shows no ground, or too little to fit a plane, if the ground
+   *   is not flat, or if the plane cannot be the ground.
    */
   groundPlane(): GroundPlane {
-    return (this.#plane ??= this.laidOnto ?? this.#findPlane());
+    const plane = (this.#plane ??= this.laidOnto ?? this.#findPlane());
+    if (plane instanceof GroundPlaneError) throw new GroundPlaneError(plane.message, plane.reason);
+    return plane;
   }
 
-  #findPlane(): GroundPlane {
-    const surest = select(Float64Array.from(this.groundProbability), Math.floor(SURE * (this.ground.length - 1)));
-    if (surest < LEAST_SURE && !knowsEverything(this.pose)) {
-      throw new GroundPlaneError(
+  /** The plane, or why there is none. */
+  #findPlane(): GroundPlane | GroundPlaneError {
+    if (!this.showsGround && !knowsEverything(this.pose)) {
+      return new GroundPlaneError(
         "the picture shows no ground; use a picture that shows some, or give the camera's height, pitch and roll",
         "no_ground",
       );
     }
-    return findGroundPlane(this.unmaskedGroundDepthM, this.ground, this.mapSize, this.intrinsics, this.pose);
+    try {
+      return findGroundPlane(this.unmaskedGroundDepthM, this.ground, this.mapSize, this.intrinsics, this.pose);
+    } catch (error) {
+      if (error instanceof GroundPlaneError) return error;
+      throw error;
+    }
   }
 
   /** The data of the same maps at another size: probabilities as such, depths as inverse depth. */
@@ -141,6 +157,11 @@ export class GroundMaps implements GroundMapsData {
       intrinsics: scaledCamera(this.intrinsics, from, size),
     };
   }
+}
+
+/** The value below which this share of all lies. */
+function quantile(values: Float32Array, share: number): number {
+  return select(Float64Array.from(values), Math.floor(share * (values.length - 1)));
 }
 
 function above(probability: Float32Array, threshold: number): Mask {

@@ -1,6 +1,5 @@
 /** The ground in bird's-eye view: a metric occupancy grid. */
 
-import { rint } from "../foundation/rint.ts";
 import type { Mask } from "../foundation/types.ts";
 import type { GroundPlane } from "../geometry/ground-plane.ts";
 import type { GroundMaps } from "../maps/ground-maps.ts";
@@ -82,11 +81,12 @@ export class OccupancyGrid {
    *
    * @param bearingsDeg Degrees from straight ahead, left positive (REP-103).
    * @returns Metres from the point below the camera, accurate to half a cell; infinite in directions
-   *   without an occupied cell.
+   *   without an occupied cell, NaN for NaN.
    */
   nearestObstacleM(bearingsDeg: readonly number[]): Float32Array {
     const quarters = 4 * Math.hypot(this.rows, this.columns);
     return Float32Array.from(bearingsDeg, (bearingDeg) => {
+      if (!Number.isFinite(bearingDeg)) return NaN;
       const angle = (bearingDeg * Math.PI) / 180;
       for (let i = 0; i < quarters; i++) {
         const row = Math.floor(this.rows - (Math.cos(angle) * i) / 4);
@@ -175,7 +175,7 @@ function checkSizes(cellM: number, rangeM: number): void {
 
 /** Looks up the ground below the centre of every cell; `pixels` are -1 for cells out of view. */
 function groundCells(maps: GroundMaps, cellM: number, rangeM: number) {
-  const rows = rint(rangeM / cellM);
+  const rows = Math.ceil(rangeM / cellM - 1e-6); // 1.1 / 0.1 is a little more than 11
   const plane = maps.groundPlane();
   const grid = new OccupancyGrid(new Uint8Array(2 * rows * rows), rows, cellM, plane);
   const pixels = new Int32Array(grid.cells.length).fill(-1);

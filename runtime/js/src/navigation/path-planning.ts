@@ -22,14 +22,17 @@ const [DETOUR, DETOUR_M] = [1.25, 2];
 
 export interface PlanOptions {
   /** `px`: ends are x and y in pixels of the picture; `m`: forward and left in metres on the ground. */
-  unit?: "px" | "m";
+  unit?: "px" | "m" | undefined;
   /** Distance to keep from everything that is not ground, metres, such as half of the robot's width. */
-  marginM?: number;
+  marginM?: number | undefined;
   /** `visible` to stay on visible ground. */
-  ground?: "all" | "visible";
+  ground?: "all" | "visible" | undefined;
   /** As for `topDown`; obstacles follow the same rule. */
-  robotHeightM?: number;
+  robotHeightM?: number | undefined;
 }
+
+/** All of the options. */
+type Chosen = { [name in keyof PlanOptions]-?: Exclude<PlanOptions[name], undefined> };
 
 /** A path over the ground, from start to goal; its points are at most a cell apart. */
 export interface GroundPath {
@@ -51,7 +54,7 @@ export function findPath(
   maps: GroundMaps,
   start: Pair,
   goal: Pair,
-  { unit, marginM, ground, robotHeightM }: Required<PlanOptions>,
+  { unit, marginM, ground, robotHeightM }: Chosen,
 ): GroundPath {
   if (!["px", "m"].includes(unit)) throw new PlanningError(`unit is ${unit}; give "px" or "m"`);
   if (!["all", "visible"].includes(ground)) {
