@@ -129,7 +129,7 @@ def resized(
 def _goes_along_x_first(rgb: Rgb, size: Size) -> bool:
     """Whether it is resized along x first, whatever Pillow would do: as all usual pictures are."""
     (high, wide), (height, width) = rgb.shape[:2], size
-    return wide > width and high * width <= _SQUEEZE * wide * height
+    return bool(wide > width and high * width <= _SQUEEZE * wide * height)
 
 
 def _resized_in_strips(rgb: Rgb, size: Size, filter: str, reducing_gap: float) -> Rgb:

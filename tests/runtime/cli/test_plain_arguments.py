@@ -91,3 +91,17 @@ def test_a_usual_run_loads_no_pydantic(tiny_path, tmp_path, picture):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == [str(tmp_path / "a.png.overlay.png")]
+
+
+@pytest.mark.parametrize("line", ["a.png -o out.mcap", "a.mcap --format ply"])
+def test_what_cannot_be_is_explained_as_typer_does(line, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "footprints_edge", *line.split()],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "Traceback" not in done.stderr
+    assert "Usage" in done.stderr
