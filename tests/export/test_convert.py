@@ -205,7 +205,7 @@ def test_an_int8_file_is_close_to_the_float_one(edge_int8, edge_fixed, photos, r
         off = np.abs(plain_maps(path, image) - expected)
         # Measured: a fifth of how much the maps vary over the picture; a broken graph: about all.
         assert (off.mean(axis=(2, 3)) < 0.45 * expected.std(axis=(2, 3))).all()
-        assert off.max() < 0.2
+        assert off.max() < 0.25  # single pixels: some processors saturate
     assert 0 < max(report.fp32_to_int8["max_abs"].values()) < 0.5
 
 

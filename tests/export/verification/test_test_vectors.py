@@ -318,7 +318,7 @@ def test_the_vectors_hold_every_way_to_a_plane(vectors, manifest):
     assert [plane[key] for key in of["known_pose"]["known_pose"]] == pytest.approx(
         known["known_pose"]
     )
-    assert plane_of(vectors, of["refused"]) == {"refused": "impossible_pose"}
+    assert plane_of(vectors, of["refused"]) == {"refused": "no_ground"}
     for name, entry in of.items():
         metres_too = set(NAMES[2:]) & set(entry["files"])
         assert metres_too == (set() if name == "refused" else set(NAMES[2:]))
@@ -337,8 +337,9 @@ def test_the_metres_are_those_of_predict(model, vectors, manifest):
     assert (grid.cells == expected(vectors, entry, "occupancy")).mean() > 0.999
     wanted = entry["path"]
     path = prediction.plan(wanted["start_px"], wanted["goal_px"], margin_m=wanted["margin_m"])
-    assert path.cost == pytest.approx(wanted["cost"], rel=1e-3)
-    assert path.length_m == pytest.approx(wanted["length_m"], rel=1e-3)
+    # a place in pixels has few digits, which is a millimetre or so
+    assert path.cost == pytest.approx(wanted["cost"], rel=1e-3, abs=2e-3)
+    assert path.length_m == pytest.approx(wanted["length_m"], rel=1e-3, abs=2e-3)
 
 
 def wrong_plane(plane):
