@@ -348,9 +348,9 @@ def check_sequence(data: bytes) -> None:
         for part in b"\n".join([b"", data]).split(b"\n== ")[1:]:
             name, _, content = part.partition(b"\n")
             path = folder / name.decode("utf-8", "replace").replace("\0", "")
-            if not path.resolve().is_relative_to(folder) or path.is_dir():
-                continue
-            with suppress(OSError):
+            with suppress(OSError):  # names that no file can have, too
+                if not path.resolve().is_relative_to(folder) or path.is_dir():
+                    continue
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(content or path.read_bytes() if path.exists() else content)
         with typed_errors():

@@ -34,9 +34,15 @@ def read_sequence(folder: Path, published: Path | None = None) -> Sequence:
         published: folder or zip of the training data published with the paper, for the latter two.
 
     Raises:
-        SequenceError: it is none of these, or not laid out as expected.
+        SequenceError: it is none of these, not laid out as expected, or cannot be read.
     """
-    folder = folder.resolve()
+    try:
+        return _read(folder.resolve(), published)
+    except OSError as error:  # such as a stated name that is too long for a file
+        raise SequenceError(f"{folder} cannot be read: {error}") from error
+
+
+def _read(folder: Path, published: Path | None) -> Sequence:
     for has_layout, read in CLIPS:
         if has_layout(folder):
             return read(folder)

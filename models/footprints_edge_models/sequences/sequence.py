@@ -23,8 +23,20 @@ LEAST_HITS = 2
 """Ground of a pixel counts where more than this many frames agree on it (the paper's k)."""
 
 
+_LONGEST_MESSAGE = 800
+
+
 class SequenceError(FootprintsError):
     """A sequence is missing, or not laid out as expected."""
+
+    def __init__(self, message: str) -> None:
+        # it cites what stands in a file: a line without an end, signs that terminals obey
+        message = "".join(
+            each if each.isprintable() or each in "\n\t" else ascii(each)[1:-1] for each in message
+        )
+        if len(message) > _LONGEST_MESSAGE:
+            message = f"{message[: _LONGEST_MESSAGE // 2]} … {message[-_LONGEST_MESSAGE // 4 :]}"
+        super().__init__(message)
 
 
 def read_raster(path: Path, what: str) -> NDArray[Any]:
