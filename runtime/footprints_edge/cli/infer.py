@@ -316,13 +316,12 @@ def _camera(
 
 
 def _check_robot_height(robot_height_m: float) -> None:
-    from footprints_edge.geometry.obstacle_heights import STEP_HEIGHT_M
+    from footprints_edge.geometry.obstacle_heights import check_robot_height
 
-    if not robot_height_m > STEP_HEIGHT_M:
-        raise typer.BadParameter(
-            f"--robot-height {robot_height_m:g}: give metres, more than the {STEP_HEIGHT_M:g} m "
-            "of a step"
-        )
+    try:
+        check_robot_height(robot_height_m)
+    except ValueError as error:
+        raise typer.BadParameter(f"--robot-height {robot_height_m:g}: {error}") from error
 
 
 def _by_kind(

@@ -24,9 +24,11 @@ _DIGEST_BYTES = 32
 def worth_keeping(model: bytes) -> bool:
     """Whether the optimised graph of a model file is to be kept.
 
-    A file in onnxruntime's own format is optimised already.
+    A file in onnxruntime's own format is optimised already. Who has no cache gets none, and no
+    graph is saved in vain.
     """
-    return _LEAST_BYTES <= len(model) <= _MOST_BYTES and model[4:8] != b"ORTM"
+    fits = _LEAST_BYTES <= len(model) <= _MOST_BYTES and model[4:8] != b"ORTM"
+    return fits and _has_cache()
 
 
 def cache_folder() -> Path:
@@ -38,6 +40,13 @@ def cache_folder() -> Path:
     else:
         base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "footprints-edge"
+
+
+def _has_cache() -> bool:
+    try:
+        return cache_folder().parent.is_dir()
+    except (OSError, RuntimeError):  # RuntimeError: there is no home
+        return False
 
 
 def read_optimised(sha256: str, runtime: str) -> bytes | None:
@@ -70,7 +79,7 @@ def keep_optimised(sha256: str, runtime: str, graph: bytes) -> None:
     """
     forget_optimised(sha256)
     with suppress(OSError, RuntimeError):
-        if not cache_folder().parent.is_dir():
+        if not _has_cache():
             return
         write_atomically(_path(sha256, runtime), hashlib.sha256(graph).digest() + graph)
         kept = sorted(cache_folder().glob("*.graph"), key=lambda path: path.stat().st_mtime)
