@@ -38,6 +38,14 @@ class Batch:
     notes: list[str] = field(default_factory=list)
     model_failures: int = 0
 
+    def failed(self, name: str, error: Exception) -> None:
+        """Adds why a video or bag failed, in a message that names it."""
+        if isinstance(error, (FootprintsError, OSError)):
+            self.failures.append(str(error) if name in str(error) else f"{name}: {error}")
+        else:
+            reason = f"{type(error).__name__}: {error}"
+            self.failures.append(f"{name} cannot be processed: {reason}")
+
 
 def plan(
     named: Sequence[str],

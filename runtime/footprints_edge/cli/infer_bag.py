@@ -89,12 +89,8 @@ def infer_bags(
             if (other := targets.setdefault(real_path(target), name)) != name:
                 raise BagError(f"{name} would be written to {target}, as {other}; use another -o")
             interrupted = _infer_bag(Path(name), target, options, predict, batch)
-        except (FootprintsError, OSError) as error:
-            batch.failures.append(str(error) if name in str(error) else f"{name}: {error}")
-            continue
         except Exception as error:  # no error may stop the other bags
-            reason = f"{type(error).__name__}: {error}"
-            batch.failures.append(f"{name} cannot be processed: {reason}")
+            batch.failed(name, error)
             continue
         if interrupted:
             raise typer.Exit(INTERRUPTED)

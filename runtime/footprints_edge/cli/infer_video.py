@@ -12,7 +12,7 @@ from footprints_edge.cli.batch import Batch
 from footprints_edge.cli.camera_options import lens_warning
 from footprints_edge.cli.exit_codes import INTERRUPTED, complain, name_file
 from footprints_edge.cli.progress import ProgressLine
-from footprints_edge.errors import FootprintsError, OutputError
+from footprints_edge.errors import OutputError
 from footprints_edge.foundation.real_path import real_path
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.outputs.writers import refuse_overwriting
@@ -73,13 +73,8 @@ def infer_videos(
         batch.total += 1
         try:
             interrupted = _infer_video(name, options, predict, batch)
-        except (FootprintsError, OSError) as error:
-            shown = without_password(name)
-            batch.failures.append(str(error) if shown in str(error) else f"{shown}: {error}")
-            continue
         except Exception as error:  # no error may stop the other videos
-            reason = f"{type(error).__name__}: {error}"
-            batch.failures.append(f"{without_password(name)} cannot be processed: {reason}")
+            batch.failed(without_password(name), error)
             continue
         if warning:
             complain(warning)
