@@ -38,7 +38,7 @@ def confidence_command(
         Path | None, typer.Option("-o", "--output", help="Draw the diagram to this PNG.")
     ] = None,
 ) -> None:
-    """Score confidences: reliability, and pictures without ground.
+    """Score confidences and find pictures without ground.
 
     Of each dataset the first half of the pictures is for --refit, the second is scored. Prints
     tables as Markdown.
