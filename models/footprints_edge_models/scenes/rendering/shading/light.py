@@ -100,9 +100,9 @@ def light_on(
         light = _ambient(scene, normals, is_open)
     else:
         met = surface.met.reshape(size)[::2, ::2]
-        smooth = _calmed(shares, np.where(met, keys[::2, ::2], -1))
-        *light, in_sun, by_lamps = refined(*smooth, keys).reshape(5, -1)
-        light = np.stack(light)
+        coarse = np.where(met, keys[::2, ::2], -1)
+        every = refined(_calmed(shares, coarse), coarse, keys).reshape(5, -1)
+        light, in_sun, by_lamps = every[:3], every[3], every[4]
     if lamps:
         light += (lamp_hues(lamps) @ gains) * by_lamps
     if sun.any():
@@ -110,8 +110,8 @@ def light_on(
     return np.asarray(light, dtype=np.float32)
 
 
-def _calmed(shares: Floats32, keys: Keys) -> tuple[Floats32, Keys]:
-    """Smooth light of the surroundings, and shares of sun and lamps, (5, h, w), and the keys.
+def _calmed(shares: Floats32, keys: Keys) -> Floats32:
+    """Smooth light of the surroundings, and shares of sun and lamps, (5, h, w).
 
     The sun's shadows are smoothed least: they are sharp. The light of the surroundings is smoothed
     further where nothing is near.
@@ -124,13 +124,13 @@ def _calmed(shares: Floats32, keys: Keys) -> tuple[Floats32, Keys]:
     close = with_neighbours(shares, keys, 1)
     *around, near, _, by_lamps = means(with_neighbours(close, keys, 2))
     in_sun = means(close[[-3, -1]])
-    light = np.stack(around)
+    light = np.asarray(around, np.float32)
     *wide, weight = with_neighbours(
         with_neighbours(np.concatenate([light, np.ones_like(in_sun)]), keys, 2), keys, 4
     )
     calm = np.stack(wide) / weight
     light = calm + (light - calm) * np.minimum(near * 2, 1)
-    return np.concatenate([light, in_sun, by_lamps[None]]), keys
+    return np.concatenate([light, in_sun, by_lamps[None]])
 
 
 def _ambient(scene: Scene, normals: Floats32, is_open: Floats32) -> Floats32:

@@ -60,15 +60,16 @@ def refined(values: Floats32, coarse: Keys, fine: Keys) -> Floats32:
     for dy, dx in ((0, 0), (0, 1), (1, 0), (1, 1)):
         keys = fine[dy::2, dx::2]
         height, width = keys.shape
-        total, weight = 0.0, 0.0
+        total = np.zeros((len(values), height, width), np.float32)
+        weight = np.zeros((height, width), np.float32)
         for y in range(dy + 1):
             for x in range(dx + 1):
                 near = (slice(y, y + height), slice(x, x + width))
                 same = (coarse[near] == keys).astype(np.float32)
-                total = total + values[:, near[0], near[1]] * same
-                weight = weight + same
+                total += values[:, near[0], near[1]] * same
+                weight += same
         found[:, dy::2, dx::2] = total / np.maximum(weight, 1)
-        alone = np.flatnonzero(np.asarray(weight) == 0)
+        alone = np.flatnonzero(weight == 0)
         if len(alone):
             row, column = np.divmod(alone, width)
             found[:, dy::2, dx::2][:, row, column] = _of_wider(
@@ -96,4 +97,6 @@ def _of_wider(
         total += near * same
         weight += same
         anything += near
-    return np.where(weight > 0, total / np.maximum(weight, 1), anything / len(_AROUND))
+    return np.asarray(
+        np.where(weight > 0, total / np.maximum(weight, 1), anything / np.float32(len(_AROUND)))
+    )
