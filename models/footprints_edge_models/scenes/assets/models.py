@@ -25,6 +25,7 @@ from footprints_edge_models.scenes.assets.things import (
     Thing,
     ThingPart,
 )
+from footprints_edge_models.scenes.vectors import cross
 
 MODELS_SHARE = 0.85
 """Share of things that are models, where a fitting one is known."""
@@ -179,7 +180,7 @@ def _shape(surface: Surface) -> Shape:
 def smooth_normals(surface: Surface) -> NDArray[np.float32]:
     """Unit normals at the corners (T, 3, 3): smooth where faces meet at less than 40 degrees."""
     corners = surface.points[surface.triangles].astype(np.float64)
-    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    flat = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     # points on texture seams are several: those within a tenth of a millimetre are one
     x, y, z = np.round((surface.points.T.astype(np.float64) + 100) * 1e4).astype(np.int64)
     _, same = np.unique((x << 42) + (y << 21) + z, return_inverse=True)

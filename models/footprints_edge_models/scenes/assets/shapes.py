@@ -11,6 +11,8 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footprints_edge_models.scenes.vectors import cross
+
 
 @dataclass(frozen=True, eq=False)
 class Shape:
@@ -80,7 +82,7 @@ def loft(sections: ArrayLike, *, smooth: bool = False, convex: bool = True) -> S
     if smooth:
         around = np.roll(rings, -1, axis=1) - np.roll(rings, 1, axis=1)
         along = np.gradient(rings, axis=0)
-        at_points = _unit(np.cross(around, along))
+        at_points = _unit(cross(around, along))
         following = np.roll(at_points, -1, axis=1)
         low, low_next, high, high_next = (
             at_points[:-1],
@@ -96,9 +98,7 @@ def loft(sections: ArrayLike, *, smooth: bool = False, convex: bool = True) -> S
     corners = np.concatenate([skin, caps])
     normals = np.concatenate([skin_normals, cap_normals])
     whole = (
-        np.linalg.norm(
-            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-        )
+        np.linalg.norm(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         > 1e-12
     )
     return Shape(corners[whole].astype(np.float32), normals[whole].astype(np.float32), convex)
@@ -163,7 +163,7 @@ def leaves(variant: int, count: int = 160, size: float = 0.16) -> Shape:
     clumps = 1 - 0.35 * np.abs(np.sin(centres @ rng.normal(0, 4, (3, 3)))).mean(axis=1)
     centres *= (clumps * rng.uniform(0.45, 1, count) ** 0.5)[:, None] * 0.5
     first = _unit(rng.normal(size=(count, 3)))
-    second = _unit(np.cross(first, rng.normal(size=(count, 3))))
+    second = _unit(cross(first, rng.normal(size=(count, 3))))
     long = size * rng.uniform(0.6, 1.3, (count, 1))
     corners = np.stack(
         [centres + first * long, centres + second * long * 0.5, centres - second * long * 0.5], 1
@@ -188,7 +188,7 @@ def _fan(ring_: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _flat_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    return _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    return _unit(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -24,6 +24,7 @@ from footprints_edge_models.scenes.assets.textures.library import TextureKey
 from footprints_edge_models.scenes.assets.textures.noise import SIDE_PX
 from footprints_edge_models.scenes.assets.things import Thing, ThingPart
 from footprints_edge_models.scenes.rendering.raycast import Triangles
+from footprints_edge_models.scenes.vectors import cross
 
 WALKABLE = 0.7
 """A face of a floor is walkable if its unit normal's z is larger."""
@@ -244,7 +245,7 @@ def _square(surface: Surface) -> NDArray[np.uint8]:
 def _split(surface: Surface) -> tuple[Surface | None, Surface | None]:
     """The walkable faces of a floor, and its kerbs; undersides are left out."""
     corners = surface.points[surface.triangles].astype(np.float64)
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     rise = across[:, 2] / np.maximum(np.linalg.norm(across, axis=1), 1e-12)
     low = np.ptp(corners[..., 2], axis=1) < KERB_M
     top = (rise > WALKABLE) | ((np.abs(rise) <= WALKABLE) & low)
@@ -270,7 +271,7 @@ def _some(surface: Surface, which: NDArray[np.bool_]) -> Surface | None:
 def _floor(surface: Surface, material: Material) -> WorldFloor:
     part = _part(surface, material)
     corners = part.shape.corners.astype(np.float64)
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area_m2 = float(np.linalg.norm(across, axis=1).sum() / 2)
     return WorldFloor(surface.name, part, _without_uv(part.shape), area_m2)
 
@@ -311,7 +312,7 @@ def _tile_m(surface: Surface) -> float:
     """Metres that one repeat of its texture takes, on average."""
     corners, uv = surface.points[surface.triangles], surface.uv[surface.triangles]
     sides = (corners[:, 1:] - corners[:, :1]).astype(np.float64)
-    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
+    area = np.linalg.norm(cross(sides[:, 0], sides[:, 1]), axis=1).sum()
     one, two = ((uv[:, k] - uv[:, 0]).astype(np.float64) for k in (1, 2))
     in_repeats = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]).sum()
     return float(np.clip(np.sqrt(area / max(in_repeats, 1e-9)), 0.02, 50.0))

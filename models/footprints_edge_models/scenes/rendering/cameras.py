@@ -11,6 +11,7 @@ from footprints_edge.geometry.camera import Intrinsics, rays
 from footprints_edge_models.scenes.layout.scene import Scene, SceneKind, Standpoint
 from footprints_edge_models.scenes.rendering.geometry import GROUND, Geometry
 from footprints_edge_models.scenes.rendering.raycast import Hits, Triangles
+from footprints_edge_models.scenes.vectors import cross
 
 CANDIDATES = 40
 MOST_SHARED = 0.4
@@ -52,7 +53,7 @@ def looking(heading: float, pitch_down: float, roll: float) -> NDArray[np.float6
     cos, sin = np.cos(pitch_down), np.sin(pitch_down)
     forward = np.array([np.cos(heading) * cos, np.sin(heading) * cos, -sin])
     right = np.array([np.sin(heading), -np.cos(heading), 0])
-    down = np.cross(forward, right)
+    down = cross(forward, right)
     axes = np.column_stack([right, down, forward])
     cos, sin = np.cos(roll), np.sin(roll)
     turned: NDArray[np.float64] = axes @ np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])

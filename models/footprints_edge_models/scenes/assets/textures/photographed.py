@@ -5,8 +5,8 @@ is varied: less or more contrast and colour, and painted walls in the colours th
 """
 
 import zlib
-from functools import cached_property
-from typing import TypeVar
+from functools import cached_property, lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from footprints_edge_models.asset_files.pack import PackEntry
 from footprints_edge_models.scenes.assets.pack_part import PackPart
 from footprints_edge_models.scenes.assets.textures.building import plaster_colour
-from footprints_edge_models.scenes.assets.textures.noise import SIDE_PX, as_texture, noise
+from footprints_edge_models.scenes.assets.textures.noise import SIDE_PX, Texture, as_texture, noise
 
 PHOTOGRAPHED_SHARE = 0.75
 """Share of textures that are photographed, of the kinds that have photographs."""
@@ -25,7 +25,6 @@ LARGE_PX = 2 * SIDE_PX
 """The side of textures whose photograph is large enough."""
 
 Range = tuple[float, float]
-PixelT = TypeVar("PixelT", bound=np.generic)
 
 CLASSES: dict[str, dict[str, Range]] = {
     "planks": {"woodfloor": (1.0, 2.0), "planks": (1.0, 2.0)},
@@ -116,7 +115,7 @@ class PackPictures(PackPart):
         rng = np.random.default_rng((zlib.crc32(key.encode()), variant))
         picture = _tile(self._pack.picture(entry), rng)
         if entry.category in GRAINED and _grain_is_upright(picture):
-            picture = picture.transpose(1, 0, 2)
+            picture = np.ascontiguousarray(picture.transpose(1, 0, 2))
         return _varied(picture, entry.category, rng)
 
     def panorama(self, key: str) -> NDArray[np.uint8]:
@@ -126,48 +125,48 @@ class PackPictures(PackPart):
 
 
 _MOST_DRAWN = 400
-_SHARE = as_texture(np.arange(256) / 255)
 
 
-# numpy reduces an axis as short as three ten times slower than it adds planes
+# bytes are handed to OpenCV: on floats of this size each step takes ten times as long
 
 
-def _grey(picture: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The mean of the three channels, (H, W)."""
-    red, green, blue = np.moveaxis(picture, 2, 0)
-    return as_texture((red + green + blue) / np.float32(3))
-
-
-def _least(picture: NDArray[PixelT]) -> NDArray[PixelT]:
-    red, green, blue = np.moveaxis(picture, 2, 0)
-    return np.asarray(np.minimum(np.minimum(red, green), blue))
-
-
-def _greatest(picture: NDArray[PixelT]) -> NDArray[PixelT]:
-    red, green, blue = np.moveaxis(picture, 2, 0)
-    return np.asarray(np.maximum(np.maximum(red, green), blue))
-
-
-def _tile(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.float32]:
-    """A square that tiles, 0 to 1. A small one gets the grain that its size has lost."""
+def _tile(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+    """A square that tiles. A small one gets the grain that its size has lost."""
     picture = _without_margin(picture)
     large = min(picture.shape[:2]) >= LARGE_PX
     side = LARGE_PX if large else SIDE_PX
-    tile = np.take(_SHARE, cv2.resize(picture, (side, side), interpolation=cv2.INTER_CUBIC))
+    tile = _as_bytes(cv2.resize(picture, (side, side), interpolation=cv2.INTER_CUBIC))
     for axis in (0, 1):
         if _seam(tile, axis) > 2.5:
             tile = _faded(tile, axis)
-    if not large:
-        soft = cv2.GaussianBlur(tile, (0, 0), 2, borderType=cv2.BORDER_REPLICATE)
-        strength = cv2.GaussianBlur(_grey(np.abs(tile - soft)), (0, 0), 4)
-        tile = tile + (noise(rng, 0.3) * strength)[..., None] * np.float32(0.7)
-    return np.asarray(np.clip(tile, 0, 1))
+    if large:
+        return tile
+    sharp = as_texture(tile)
+    soft = cv2.GaussianBlur(sharp, (0, 0), 2, borderType=cv2.BORDER_REPLICATE)
+    strength = cv2.GaussianBlur(cv2.transform(cv2.absdiff(sharp, soft), _THIRDS), (0, 0), 4)
+    shift = rng.integers(SIDE_PX, size=2)
+    grain = np.roll(_grain(int(rng.integers(VARIANTS))), shift, axis=(0, 1)) * strength
+    return _as_bytes(cv2.add(sharp, cv2.merge([grain] * 3)))
+
+
+_THIRDS = np.full((1, 3), 1 / 3, np.float32)
+
+
+@lru_cache(maxsize=VARIANTS)
+def _grain(number: int) -> Texture:
+    return noise(np.random.default_rng(number), 0.3) * np.float32(0.7)
+
+
+def _as_bytes(values: NDArray[Any]) -> NDArray[np.uint8]:
+    """The values, 0 to 255, rounded."""
+    return np.asarray(cv2.convertScaleAbs(cv2.max(values, 0)), np.uint8)
 
 
 def _without_margin(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Without the white rows and columns at the ends that some sheets have."""
     for _ in range(2):
-        blank = (_least(picture) > 235).mean(axis=1) > 0.9
+        least = np.minimum(np.minimum(picture[..., 0], picture[..., 1]), picture[..., 2])
+        blank = (least > 235).mean(axis=1) > 0.9
         while len(blank) > SIDE_PX // 4 and blank.any() and not blank.all() and (
             blank[-3:].any() or blank[:3].any()
         ):  # fmt: skip
@@ -177,44 +176,45 @@ def _without_margin(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.ascontiguousarray(picture)
 
 
-def _seam(tile: NDArray[np.float32], axis: int) -> float:
+def _seam(tile: NDArray[np.uint8], axis: int) -> float:
     """The step over the edge of a tile, in steps between its inner rows."""
-    steps = np.diff(tile, axis=axis, append=tile.take([0], axis=axis))
-    rows = _grey(np.abs(steps, out=steps)).mean(axis=1 - axis)
-    return float(rows[-1] / max(np.median(rows[:-1]), 1e-3))
+    steps = cv2.absdiff(tile, np.roll(tile, -1, axis=axis))
+    rows = cv2.reduce(steps, 1 - axis, cv2.REDUCE_AVG, dtype=cv2.CV_32F).reshape(-1, 3).mean(axis=1)
+    return float(rows[-1] / max(np.median(rows[:-1]), 0.25))
 
 
-def _faded(tile: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
+def _faded(tile: NDArray[np.uint8], axis: int) -> NDArray[np.uint8]:
     """The last eighth fades into what comes before the first row, so that no seam shows."""
     tile = np.moveaxis(tile, axis, 0)
     side, over = len(tile), len(tile) // 8
     share = as_texture(np.linspace(0, 1, over))[:, None, None]
     kept = tile[over:].copy()
-    kept[-over:] = kept[-over:] * (1 - share) + tile[:over] * share
+    kept[-over:] = kept[-over:] * (1 - share) + tile[:over] * share + np.float32(0.5)
     wide = cv2.resize(kept, (tile.shape[1], side), interpolation=cv2.INTER_LINEAR)
-    return np.moveaxis(as_texture(wide), 0, axis)
+    return np.ascontiguousarray(np.moveaxis(np.asarray(wide, np.uint8), 0, axis))
 
 
-def _grain_is_upright(tile: NDArray[np.float32]) -> bool:
-    along_x, along_y = (float(np.abs(np.diff(tile, axis=axis)).mean()) for axis in (1, 0))
-    return along_x > along_y
+def _grain_is_upright(tile: NDArray[np.uint8]) -> bool:
+    along_x = cv2.absdiff(tile[:, 1:], tile[:, :-1]).mean()
+    return bool(along_x > cv2.absdiff(tile[1:], tile[:-1]).mean())
 
 
-def _varied(
-    tile: NDArray[np.float32], category: str, rng: np.random.Generator
-) -> NDArray[np.uint8]:
-    mean = tile.mean(axis=(0, 1))
+def _varied(tile: NDArray[np.uint8], category: str, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Less or more contrast and colour; all of it is linear in a pixel's colour."""
+    mean = np.array(cv2.mean(tile)[:3])
     contrast = float(rng.uniform(0.7, 1.4))
-    grey = _grey(tile)[..., None]
     if category in PAINTED:
-        relief = (grey / grey.mean() - 1) * contrast * float(rng.choice([0.12, 0.3, 0.7]))
-        tile = plaster_colour(rng) * (1 + relief)
+        relief = contrast * float(rng.choice([0.12, 0.3, 0.7]))
+        paint = plaster_colour(rng)[:, None] * 255
+        linear = paint * np.full((1, 3), relief / (3 * max(mean.mean(), 1.0)))
+        constant = paint * (1 - relief)
     else:
-        loud = float((_greatest(tile) - _least(tile)).mean() / max(float(mean.max()), 0.05))
+        some = tile[::4, ::4].reshape(-1, 3)
+        loud = float(np.ptp(some, axis=1).mean() / max(float(mean.max()), 0.05 * 255))
         dull = _DULL_ABOVE.get(category, _OTHERS_DULL_ABOVE)
         colour = float(rng.uniform(0.45, 1.0)) * min(1.0, dull / max(loud, 1e-3))
-        tile = grey + (tile - grey) * colour
-        mean = tile.mean(axis=(0, 1))
-        tile = mean + (tile - mean) * contrast
-        tile = tile * float(np.exp(rng.normal(0, 0.15)))
-    return np.asarray(np.clip(tile, 0, 1) * 255, np.uint8)
+        bright = float(np.exp(rng.normal(0, 0.15)))
+        paler = colour * np.eye(3) + (1 - colour) / 3
+        linear = bright * contrast * paler
+        constant = (bright * (1 - contrast) * paler @ mean)[:, None]
+    return np.asarray(cv2.transform(tile, np.hstack([linear, constant])), np.uint8)

@@ -26,6 +26,7 @@ from footprints_edge_models.scenes.layout.streets.surfaces import (
     verge_surface,
 )
 from footprints_edge_models.scenes.layout.worlds.free_ground import FreeGround
+from footprints_edge_models.scenes.vectors import cross
 
 _TRIES = 8
 _ROADS = ("road", "crosswalk", "asphalt", "yellowline", "whiteline")
@@ -129,7 +130,7 @@ def _papered(part: ThingPart, wall: Material, ceiling: Material) -> ThingPart:
     if shape.opaque is not None:
         return part
     corners = shape.corners.astype(np.float64)
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     upright = float(np.linalg.norm(across[:, :2], axis=1).sum() / 2)
     level = float(np.abs(across[:, 2]).sum() / 2)
     if max(upright, level) < 2 * _LARGE_M2:

@@ -1,6 +1,5 @@
 """Light on surfaces: lamps, sun, and the light from everywhere, with soft shadows."""
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +12,13 @@ from footprints_edge_models.scenes.rendering.shading.lamps import (
     lamp_hues,
     strongest_lamps,
 )
+from footprints_edge_models.scenes.rendering.shading.on_surfaces import (
+    Keys,
+    means,
+    refined,
+    surface_keys,
+    with_neighbours,
+)
 from footprints_edge_models.scenes.rendering.shading.surfaces import Surface
 from footprints_edge_models.scenes.vectors import dot, vector
 
@@ -23,9 +29,14 @@ def _pattern(
     """Random numbers (count, M) in [0, 1) for some pixels, stratified over each 3 x 3 block."""
     order = rng.permuted(np.tile(np.arange(9), (count, 1)), axis=1)
     jitter = rng.random((size[0] * size[1], count), dtype=np.float32)
-    row, column = np.divmod(asked, size[1])
-    place = np.take(order, row % 3 * 3 + column % 3, axis=1)
+    place = np.take(order, _place(asked, size[1]), axis=1)
     return np.asarray((place + jitter[asked].T) / 9, dtype=np.float32)
+
+
+def _place(pixels: NDArray[np.int64], width: int) -> NDArray[np.int64]:
+    """The place of each pixel in its block of 3 x 3."""
+    row, column = np.divmod(pixels, width)
+    return np.asarray(row % 3 * 3 + column % 3)
 
 
 def light_on(
@@ -38,7 +49,8 @@ def light_on(
 ) -> Floats32:
     """Light on every point, (3, N).
 
-    Rays are traced for every second pixel, as on a chessboard; a filter fills the others.
+    Rays are traced for every second pixel, as on a chessboard, or along each side where they bring
+    the light of the surroundings; filters fill the others.
 
     Args:
         scene: the scene.
@@ -49,9 +61,16 @@ def light_on(
         second: the light of the sky and of other surfaces; without it the scene's ambient light,
             less where little of the surroundings is open.
     """
-    rows, columns = np.ogrid[: size[0], : size[1]]
-    asked = np.flatnonzero(((rows + columns) % 2 == 0).ravel() & surface.met)
-    dice = _pattern(size, asked, 5, rng)
+    step = 1 if second is None else 2
+    traced = (-(-size[0] // step), -(-size[1] // step))
+    pixels = np.arange(size[0] * size[1]).reshape(size)[::step, ::step].ravel()
+    rows, columns = np.ogrid[: traced[0], : traced[1]]
+    some = np.ones(traced, np.bool_) if second else (rows + columns) % 2 == 0
+    cells = np.flatnonzero(some.ravel() & surface.met[pixels])
+    if second is not None:  # rays of one stratum go about the same way: they are traced faster
+        cells = cells[np.argsort(_place(cells, traced[1]), kind="stable")]
+    asked = pixels[cells]
+    dice = _pattern(traced, cells, 5, rng)
     normals = surface.normals
     points_asked, normals_asked = (np.take(v, asked, axis=1) for v in (surface.points, normals))
     lamps = strongest_lamps(scene.lamps, points_asked)
@@ -61,9 +80,9 @@ def light_on(
         around = _openness(solids, points_asked, away, reach_m)[None]
     else:
         around = second.along(points_asked, away, lamps)
-    shares = np.zeros((len(around) + 3, size[0] * size[1]), np.float32)
-    shares[-1, asked] = 1
-    shares[:-3, asked] = around
+    shares = np.zeros((len(around) + 3, traced[0] * traced[1]), np.float32)
+    shares[-1, cells] = 1
+    shares[:-3, cells] = around
     sun = vector(scene.sky.sun)
     towards = scene.sky.towards_sun.astype(np.float32)
     falls = np.maximum(towards @ normals, 0)
@@ -71,16 +90,19 @@ def light_on(
     if sun.any() and len(lit):
         directions = towards[:, None] + (dice[2:, lit] - 0.5) * 0.03
         reach = np.full(len(lit), 200, np.float32)
-        shares[-3, asked[lit]] = ~solids.blocked(points_asked[:, lit].T, directions.T, reach)
+        shares[-3, cells[lit]] = ~solids.blocked(points_asked[:, lit].T, directions.T, reach)
     gains = lamp_gains(lamps, surface.points, normals)
-    shares[-2, asked] = _lamps_seen(lamps, gains[:, asked], solids, points_asked, dice[2], rng)
-    quantised = np.round(normals * 2).astype(np.int32) + 2
-    key = surface.part * 125 + quantised[0] * 25 + quantised[1] * 5 + quantised[2]
-    *arriving, in_sun, by_lamps = _smoothed(shares.reshape(-1, *size), key.reshape(size))
+    shares[-2, cells] = _lamps_seen(lamps, gains[:, asked], solids, points_asked, dice[2], rng)
+    shares, keys = shares.reshape(-1, *traced), surface_keys(surface).reshape(size)
     if second is None:
-        light = _ambient(scene, normals, arriving[0])
+        smooth = means(with_neighbours(with_neighbours(shares, keys, 1), keys, 3))
+        is_open, in_sun, by_lamps = smooth.reshape(3, -1)
+        light = _ambient(scene, normals, is_open)
     else:
-        light = _calmed(np.array(arriving, np.float32).reshape(-1, *size), key.reshape(size))
+        met = surface.met.reshape(size)[::2, ::2]
+        coarse = np.where(met, keys[::2, ::2], -1)
+        every = refined(_calmed(shares, coarse), coarse, keys).reshape(5, -1)
+        light, in_sun, by_lamps = every[:3], every[3], every[4]
     if lamps:
         light += (lamp_hues(lamps) @ gains) * by_lamps
     if sun.any():
@@ -88,18 +110,27 @@ def light_on(
     return np.asarray(light, dtype=np.float32)
 
 
-def _calmed(around: Floats32, key: NDArray[np.int32]) -> Floats32:
-    """Light of the surroundings (3, H * W), smoothed further where nothing is near.
+def _calmed(shares: Floats32, keys: Keys) -> Floats32:
+    """Smooth light of the surroundings, and shares of sun and lamps, (5, h, w).
+
+    The sun's shadows are smoothed least: they are sharp. The light of the surroundings is smoothed
+    further where nothing is near.
 
     Args:
-        around: (4, H, W): light, and the share of rays that soon met something.
-        key: (H, W), which surface each pixel shows.
+        shares: (7, h, w): light, the share of rays that soon met something, those that reach the
+            sun and a lamp, and weight.
+        keys: (h, w), which surface each pixel shows.
     """
-    weighted = np.concatenate([around[:3], np.ones_like(around[:1])])
-    *wide, weight = _with_neighbours(_with_neighbours(weighted, key, 4), key, 9)
-    near = np.minimum(around[3] * 2, 1)
+    close = with_neighbours(shares, keys, 1)
+    *around, near, _, by_lamps = means(with_neighbours(close, keys, 2))
+    in_sun = means(close[[-3, -1]])
+    light = np.asarray(around, np.float32)
+    *wide, weight = with_neighbours(
+        with_neighbours(np.concatenate([light, np.ones_like(in_sun)]), keys, 2), keys, 4
+    )
     calm = np.stack(wide) / weight
-    return np.asarray(calm + (around[:3] - calm) * near).reshape(3, -1)
+    light = calm + (light - calm) * np.minimum(near * 2, 1)
+    return np.concatenate([light, in_sun, by_lamps[None]])
 
 
 def _ambient(scene: Scene, normals: Floats32, is_open: Floats32) -> Floats32:
@@ -152,37 +183,3 @@ def _lamps_seen(
     spot = rng.random((count, 3), dtype=np.float32).T - 0.5
     target = centres.T[:, chosen] + sizes.T[:, chosen] * spot
     return ~solids.blocked(points.T, (target - points).T, np.full(count, 0.96, np.float32))
-
-
-def _with_neighbours(values: Floats32, key: NDArray[np.int32], step: int) -> Floats32:
-    """Sums (C, H, W) with those of the eight pixels ``step`` away that are on the same surface."""
-    total = values.copy()
-    for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        y, x = dy * step, dx * step
-        here = (slice(None, -y or None), slice(max(0, -x), -x if x > 0 else None))
-        there = (slice(y, None), slice(max(0, x), x if x < 0 else None))
-        same = (key[here] == key[there]).astype(np.float32)
-        for old, new in zip(values, total, strict=True):
-            new[here] += old[there] * same
-            new[there] += old[here] * same
-    return total
-
-
-def _smoothed(values: Floats32, key: NDArray[np.int32]) -> Floats32:
-    """Means over about 9 pixels across that stay on one surface.
-
-    Args:
-        values: (C, H, W); the last channel is weight.
-        key: (H, W), which surface each pixel shows.
-
-    Returns:
-        (C - 1, H * W).
-    """
-    for step in (1, 3):
-        values = _with_neighbours(values, key, step)
-    # slivers without a traced pixel take the values around them
-    lonely = values[-1] < 0.5
-    if lonely.any():
-        for plane in values:
-            plane[lonely] = cv2.blur(plane, (9, 9))[lonely]
-    return np.asarray(values[:-1] / np.maximum(values[-1], 1e-6)).reshape(len(values) - 1, -1)
