@@ -32,6 +32,7 @@ apt-get update -qq
 apt-get install -qq -y --download-only --no-install-recommends -o APT::Architecture=arm64 \
     "python$python:arm64" libstdc++6:arm64 >/dev/null
 for package in "$folder"/apt/cache/archives/*.deb; do dpkg -x "$package" "$folder/root"; done
+ln -sfn usr/lib "$folder/root/lib" # where programs look for their loader
 (cd "$folder/apt" && apt-get download -qq "qemu-user:$host")
 dpkg -x "$folder"/apt/qemu-user_*.deb "$folder/emulator"
 "${PYTHON:-python3}" -m pip download -q --no-deps --only-binary=:all: --python-version "$python" \
