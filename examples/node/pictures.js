@@ -1,7 +1,7 @@
 /** JPEG and PNG files in, upright by EXIF; masks out as PNG. */
 
 import exifr from "exifr";
-import { focalLength35mm } from "footprints-edge";
+import { readLens } from "footprints-edge";
 import jpeg from "jpeg-js";
 import { PNG } from "pngjs";
 
@@ -16,7 +16,7 @@ export async function decode(file) {
   if (file.readUInt16BE(0) !== JPEG_START) return PNG.sync.read(file);
   const picture = jpeg.decode(file, { maxMemoryUsageInMB: 1024 });
   const turned = upright(picture, (await exifr.orientation(file)) ?? 1);
-  return { ...turned, focal35mm: focalLength35mm(Uint8Array.from(file).buffer) };
+  return { ...turned, ...readLens(Uint8Array.from(file).buffer) };
 }
 
 /** A mask, 1 for white, 0 for black, as PNG. */

@@ -118,6 +118,7 @@ export class Model<Source> {
       },
       timingsMs,
       pose,
+      panorama: decoded.panorama,
       laidOnto: null,
     });
     const prediction = flatten ? plain.flattened() : plain;

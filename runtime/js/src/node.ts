@@ -6,14 +6,15 @@ import { openNodeEngine, type NodeEngineOptions } from "./engines/onnxruntime-no
 import { ImageError, ModelError } from "./errors.ts";
 import type { Pixels } from "./foundation/types.ts";
 import { decodedPixels, isPixels, type DecodedImage } from "./inputs/pixels.ts";
+import type { Lens } from "./inputs/lens.ts";
 import { Model } from "./model.ts";
 import { readMetadata } from "./model-files/metadata.ts";
 
 export * from "./api.ts";
 export type { NodeEngineOptions } from "./engines/onnxruntime-node.ts";
 
-/** Decoded pixels: Node has no decoder of its own. `focal35mm` is what the file's EXIF states. */
-export type ImageSource = Pixels & { focal35mm?: number | null };
+/** Decoded pixels, as Node has no decoder of its own, and what `readLens` makes of the file. */
+export type ImageSource = Pixels & Partial<Lens>;
 
 export interface LoadOptions extends NodeEngineOptions {
   /** Path, file URL or bytes of a model file; the one inside the package if not given. */
@@ -48,5 +49,6 @@ async function decode(source: ImageSource): Promise<DecodedImage> {
         "{ data, width, height } with 3 or 4 bytes a pixel",
     );
   }
-  return { ...decodedPixels(source), focal35mm: source.focal35mm ?? null };
+  const { focal35mm = null, panorama = false } = source;
+  return { ...decodedPixels(source), focal35mm, panorama };
 }

@@ -43,6 +43,7 @@ function floor({ wallM = Infinity, farthestM = 12, height = HEIGHT_M } = {}): Pr
     model: { name: "floor", precision: "fp32", runtime: "" },
     timingsMs: { decode: 0, preprocess: 0, inference: 0, postprocess: 0 },
     pose: { heightM: null, pitchDeg: null, rollDeg: null },
+    panorama: false,
     laidOnto: null,
   });
 }
