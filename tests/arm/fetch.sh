@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# An arm64 Python with numpy, onnxruntime and Pillow, and the emulator that runs it: Debian's packages,
+# An arm64 Python with numpy, onnxruntime, Pillow and scipy, and the emulator that runs it: Debian's packages,
 # unpacked into FOLDER and not installed, and wheels. Needs apt-get, dpkg and pip of a Debian or Ubuntu,
 # half a gigabyte, and no root. Older emulators than this suite's crash in onnxruntime.
 #
@@ -38,7 +38,7 @@ dpkg -x "$folder"/apt/qemu-user_*.deb "$folder/emulator"
 "${PYTHON:-python3}" -m pip download -q --no-deps --only-binary=:all: --python-version "$python" \
     --platform manylinux_2_28_aarch64 --platform manylinux_2_27_aarch64 \
     --platform manylinux_2_17_aarch64 --constraint "$constraints" --dest "$folder/wheels" \
-    numpy onnxruntime pillow
+    numpy onnxruntime pillow scipy
 for wheel in "$folder"/wheels/*.whl; do
     "${PYTHON:-python3}" -m zipfile -e "$wheel" "$folder/site"
 done

@@ -109,16 +109,17 @@ TOLERANCES = {
         0.02,
         0.5,
         0.04,
-        0.2,
+        0.25,
         0.2,
         plane_height=0.1,
-        plane_deg=3,
+        plane_deg=6,
         flat_depth_median=0.1,
-        grid_cells=0.6,
-        ranges=0.5,
+        grid_cells=0.5,
+        ranges=0.15,
     ),
 }
-"""By the precision of the model file."""
+"""By the precision of the model file. For int8, those of plane, grid and ranges are what 64-bit Arm
+and x86 differ by in the tiny picture, where a cell of the grid is less than a pixel."""
 
 
 @dataclass(frozen=True)

@@ -160,8 +160,8 @@ def find_named_path(prediction: Prediction, margin_m: float) -> NamedPath | None
 def find_corner_path(prediction: Prediction) -> NamedPath | None:
     """A path between two cells that meet in a corner of closed ones, with the longest way round.
 
-    A planner that slips through there finds a path of a few centimetres. None if there is no such place, or no
-    way round of some length.
+    A planner that slips through there finds a path of a few centimetres. None if there is no such
+    place, or no way round of some length.
     """
     try:
         grid = prediction.top_down(CELL_M, RANGE_M)
@@ -170,9 +170,10 @@ def find_corner_path(prediction: Prediction) -> NamedPath | None:
     camera = prediction.intrinsics.scaled(prediction.map_size, prediction.image_size)
     is_open = grid.walkable
     best, best_m = None, _LEAST_ROUND_M
+    blocks = np.lib.stride_tricks.sliding_window_view(is_open, (2, 2))
+    is_half = blocks.sum(axis=(2, 3)) == 2
     for first, second in (((0, 0), (1, 1)), ((0, 1), (1, 0))):
-        blocks = np.lib.stride_tricks.sliding_window_view(is_open, (2, 2))
-        meets = blocks[..., *first] & blocks[..., *second] & (blocks.sum(axis=(2, 3)) == 2)
+        meets = blocks[(..., *first)] & blocks[(..., *second)] & is_half
         for corner in np.argwhere(meets):
             ends_m = np.stack([grid.places_m[tuple(corner + end)] for end in (first, second)])
             ends = [(int(x), int(y)) for x, y in np.rint(grid.plane.to_pixels(ends_m, camera))]
@@ -192,7 +193,8 @@ class PathCost:
     Attributes:
         cost: the integral of 1 - p* + 0.01 along it, metres.
         length_m: its length.
-        closed_m: length that runs over or past the corner of closed cells, but for those of its ends.
+        closed_m: length that runs over closed cells or past their corners, but for those of its
+            ends.
         ends_off_m: the larger distance of its ends from the named points.
     """
 

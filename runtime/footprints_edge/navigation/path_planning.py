@@ -255,8 +255,8 @@ def _line_cost(
 ) -> float:
     """The cost of straight lines between corners; infinite if one leaves or touches what is closed.
 
-    A line is followed in steps, which may cut a cell's corner or meet it exactly. So the cells beside
-    a diagonal passage, within three steps, must be open as well.
+    A line is followed in steps, which may cut a cell's corner or meet it exactly. So the cells
+    beside a diagonal passage, within three steps, must be open as well.
     """
     points_m = _dense(corners_m, grid.cell_m / 4)
     row, column = _cells_of(grid, (points_m[1:] + points_m[:-1]) / 2)
@@ -293,7 +293,7 @@ def require_graph_search() -> None:
     """
     try:
         import scipy.ndimage  # noqa: F401
-        import scipy.sparse.csgraph  # noqa: F401
+        import scipy.sparse.csgraph
     except ModuleNotFoundError as error:
         raise PlanningError(
             f"planning needs the package {error.name}; {install_hint('plan')}"
@@ -305,8 +305,8 @@ def cheapest_route(
 ) -> tuple[NDArray[np.intp] | None, float]:
     """Finds the cheapest path through a grid of costs, by Dijkstra's algorithm.
 
-    A step leads to one of the eight neighbours. It costs its length times the mean of its two cells.
-    A diagonal one touches two more cells, at their corners; both must be open.
+    A step leads to one of the eight neighbours. It costs its length times the mean of its two
+    cells. A diagonal one touches two more cells, at their corners; both must be open.
 
     Args:
         costs: (h, w), negative where no path may go.
@@ -322,7 +322,9 @@ def cheapest_route(
     rows, columns = (np.flatnonzero((costs >= 0).any(axis=axis)) for axis in (1, 0))
     corner = np.array([rows[0], columns[0]])
     inside = costs[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1].astype(np.float64)
-    begin, end = (int(np.ravel_multi_index(place - corner, inside.shape)) for place in (start, goal))
+    begin, end = (
+        int(np.ravel_multi_index(place - corner, inside.shape)) for place in (start, goal)
+    )
     graph = coo_array(_steps(inside), shape=(inside.size, inside.size)).tocsr()
     totals, before = dijkstra(graph, directed=False, indices=begin, return_predecessors=True)
     if not np.isfinite(totals[end]):

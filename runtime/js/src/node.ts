@@ -6,15 +6,14 @@ import { openNodeEngine, type NodeEngineOptions } from "./engines/onnxruntime-no
 import { ImageError, ModelError } from "./errors.ts";
 import type { Pixels } from "./foundation/types.ts";
 import { decodedPixels, isPixels, type DecodedImage } from "./inputs/pixels.ts";
-import type { Lens } from "./inputs/lens.ts";
 import { Model } from "./model.ts";
 import { readMetadata } from "./model-files/metadata.ts";
 
 export * from "./api.ts";
 export type { NodeEngineOptions } from "./engines/onnxruntime-node.ts";
 
-/** Decoded pixels, as Node has no decoder of its own, and what `readLens` makes of the file. */
-export type ImageSource = Pixels & Partial<Lens>;
+/** Decoded pixels: Node has no decoder of its own. */
+export type ImageSource = Pixels;
 
 export interface LoadOptions extends NodeEngineOptions {
   /** Path, file URL or bytes of a model file; the one inside the package if not given. */
@@ -49,6 +48,5 @@ async function decode(source: ImageSource): Promise<DecodedImage> {
         "{ data, width, height } with 3 or 4 bytes a pixel",
     );
   }
-  const { focal35mm = null, panorama = false } = source;
-  return { ...decodedPixels(source), focal35mm, panorama };
+  return decodedPixels(source);
 }
