@@ -292,8 +292,8 @@ def require_graph_search() -> None:
         PlanningError: If it is missing; the message says how to install it.
     """
     try:
-        import scipy.ndimage  # noqa: F401
-        import scipy.sparse.csgraph
+        import scipy.ndimage
+        import scipy.sparse.csgraph  # noqa: F401
     except ModuleNotFoundError as error:
         raise PlanningError(
             f"planning needs the package {error.name}; {install_hint('plan')}"
