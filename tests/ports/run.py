@@ -13,6 +13,7 @@ ARM_FOLDER is what `tests/arm/fetch.sh` makes; without it the row for Arm is lef
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -71,6 +72,8 @@ def in_cpp(vectors: Path, outputs: Path, build: Path) -> None:
 def main(folder: Path, arm: Path | None) -> None:
     names = ("Python", "minimal Python", "Node", "C++", "OpenVINO")
     here = {name: folder / name.replace(" ", "-") for name in names}
+    for old in (*here.values(), folder / "browser", folder / "arm64"):
+        shutil.rmtree(old, ignore_errors=True)
     vectors = folder / "vectors"
     write_vectors(fp.load(threads=1), vectors)
     run(sys.executable, PREDICT, vectors, here["Python"], MODEL)

@@ -36,7 +36,7 @@ CELL_M, RANGE_M = 0.05, 6.0
 BEARINGS_DEG = np.arange(-90.0, 91.0)
 
 _NO_MODEL = ModelInfo("", "", "", "")
-_TRIED = 8  # goals of each kind
+_TRIED, _STARTS = 8, 6  # goals of each kind, and starts
 _LEAST_M = 1.0
 _LEAST_ROUND_M = 5 * CELL_M
 
@@ -146,7 +146,7 @@ def find_named_path(prediction: Prediction, margin_m: float) -> NamedPath | None
     visible, hidden = pixels(VISIBLE), pixels(HIDDEN)
     farthest_first = hidden[::-1], visible[::-1]
     goals = [goal for some in farthest_first for goal in some[:: max(1, len(some) // _TRIED)]]
-    for start in visible[:: max(1, len(visible) // 2)][:2]:
+    for start in visible[:: max(1, len(visible) // _STARTS)]:
         for goal in goals:
             try:
                 path = prediction.plan(start, goal, margin_m=margin_m)
