@@ -17,7 +17,7 @@ TORCH := torch==2.13.0 --find-links https://download.pytorch.org/whl/cpu/torch/ 
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint format types docs wheel js web test-web test-arm clean
+.PHONY: help demo test fuzz lint format types docs wheel js web test-web test-arm port-table clean
 
 help: ## what can be made
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 10
@@ -73,6 +73,11 @@ test-web: $(VENV)/installed js $(WEB)/node_modules/installed ## test the package
 test-arm: $(VENV)/installed ## run the model's files on 64-bit Arm, emulated (Debian, Ubuntu)
 	PYTHON=$(abspath $(VENV)/bin/python) tests/arm/fetch.sh build/arm
 	$(VENV)/bin/python tests/arm/check.py build/arm $(if $(PHOTOS),--photos $(PHOTOS)) $(if $(ARM_CPU),--cpu $(ARM_CPU))
+
+port-table: $(VENV)/installed test-web ## run the test vectors in every port, print how far each is from them
+	ONNXRUNTIME_NODE_INSTALL=skip npm --prefix examples/node ci
+	PYTHON=$(abspath $(VENV)/bin/python) tests/arm/fetch.sh build/arm
+	$(VENV)/bin/python tests/ports/run.py build/ports build/arm
 
 clean: ## remove environments and builds
 	rm -rf $(VENV) $(DEMO_VENV) $(DOCS_VENV) build $(DIST) $(SITE) out $(WEB)/node_modules $(WEB)/dist $(JS)/node_modules $(JS)/dist $(JS)/model $(JS)/tests/fixtures

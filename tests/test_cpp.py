@@ -12,6 +12,7 @@ import numpy as np
 import onnx
 import onnxruntime
 import pytest
+from cpp_vectors import words_of
 from PIL import Image
 
 import footprints_edge as fp
@@ -93,20 +94,6 @@ def room(tmp_path_factory):
     path = tmp_path_factory.mktemp("room") / "room.ppm"
     Image.open(EXAMPLES / "room.jpg").save(path)
     return path
-
-
-def words_of(entry):
-    """What `run_vectors` is told of a vector, in its order."""
-    camera, pose, grid = entry["image_intrinsics_px"], entry["known_pose"], entry["grid"]
-    known = [pose[key] for key in ("camera_height_m", "pitch_deg", "roll_deg")]
-    path = entry["path"]
-    return [
-        *(camera[key] for key in ("fx", "fy", "cx", "cy")),
-        *entry["network_size_px"],
-        *("nan" if each is None else each for each in known),
-        *(grid["cell_m"], grid["range_m"], grid["robot_height_m"]),
-        *([] if path is None else [*path["start_px"], *path["goal_px"], path["margin_m"]]),
-    ]
 
 
 def test_the_library_gives_the_vectors(library, model, vectors, tmp_path):

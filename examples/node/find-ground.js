@@ -36,7 +36,8 @@ for (const path of paths) {
 }
 
 async function findGround(path) {
-  const found = await model.predict(await decode(await readFile(path)), { cameraHeightM });
+  const { picture, lens } = await decode(await readFile(path));
+  const found = await model.predict(picture, { lens, cameraHeightM });
   const masks = { visible_ground: found.visibleGround, ground: found.ground, hidden_ground: found.hiddenGround };
   for (const [name, mask] of Object.entries(masks)) {
     await writeFile(`${path}.${name}.png`, encodeMask(mask, found.mapSize));

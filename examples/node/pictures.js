@@ -1,22 +1,22 @@
 /** JPEG and PNG files in, upright by EXIF; masks out as PNG. */
 
 import exifr from "exifr";
-import { focalLength35mm } from "footprints-edge";
+import { readLens } from "footprints-edge";
 import jpeg from "jpeg-js";
 import { PNG } from "pngjs";
 
 const JPEG_START = 0xffd8;
 
 /**
- * Decodes a file's bytes to what `predict` takes: four bytes a pixel, and what EXIF says of the lens.
+ * Decodes a file's bytes to what `predict` takes, four bytes a pixel, and to what they say of the lens.
  *
  * @param {Buffer} file
  */
 export async function decode(file) {
-  if (file.readUInt16BE(0) !== JPEG_START) return PNG.sync.read(file);
-  const picture = jpeg.decode(file, { maxMemoryUsageInMB: 1024 });
-  const turned = upright(picture, (await exifr.orientation(file)) ?? 1);
-  return { ...turned, focal35mm: focalLength35mm(Uint8Array.from(file).buffer) };
+  if (file.readUInt16BE(0) !== JPEG_START) return { picture: PNG.sync.read(file), lens: null };
+  const stored = jpeg.decode(file, { maxMemoryUsageInMB: 1024 });
+  const picture = upright(stored, (await exifr.orientation(file)) ?? 1);
+  return { picture, lens: readLens(Uint8Array.from(file).buffer) };
 }
 
 /** A mask, 1 for white, 0 for black, as PNG. */

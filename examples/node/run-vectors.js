@@ -16,7 +16,7 @@ const model = await load({ model: modelPath });
 const manifest = JSON.parse(await readFile(join(vectors, "vectors.json"), "utf8"));
 for (const entry of manifest.vectors) {
   const [height, width] = entry.network_size_px;
-  const picture = await decode(await readFile(join(vectors, entry.files.image)));
+  const { picture } = await decode(await readFile(join(vectors, entry.files.image)));
   const pose = entry.known_pose ?? {};
   const options = {
     camera: entry.image_intrinsics_px,

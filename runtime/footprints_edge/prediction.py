@@ -118,7 +118,7 @@ class Prediction(GroundMaps):
 
         s* is the unthresholded `ground_probability`. The path lies on the ground plane, in the
         cells of `top_down`: it never leaves `ground`, and passes no obstacle. Needs the extra
-        `plan` (scikit-image).
+        `plan` (scipy).
 
         Args:
             start: x and y in pixels of the picture, or forward and left in metres.
@@ -134,7 +134,7 @@ class Prediction(GroundMaps):
             OffGroundError: If one is not on ground (on a table top, say), where an obstacle stands,
                 or closer to one than the margin.
             NoPathError: If no path connects them.
-            PlanningError: Base class of these; also if an argument is invalid, or scikit-image is
+            PlanningError: Base class of these; also if an argument is invalid, or scipy is
                 missing.
             GroundPlaneError: If there is too little ground to fit a plane.
         """

@@ -1,6 +1,6 @@
-"""On Arm: what the Python runtime makes of test vectors, as a port writes it, but for the paths.
+"""What the Python runtime makes of test vectors, as a port writes it; on Arm, too.
 
-python predict.py VECTORS OUT_DIR MODEL
+python predict.py VECTORS OUT_DIR MODEL [ENGINE]
 """
 
 import io
@@ -12,12 +12,13 @@ import numpy as np
 from PIL import Image
 
 import footprints_edge as fp
+from footprints_edge.errors import PlanningError
 from footprints_edge_export.verification.test_vectors import VectorImage, derived, run_image
 from footprints_edge_export.verification.vector_metres import metres, prediction_of
 
 
-def main(vectors: Path, outputs: Path, file: Path) -> None:
-    model = fp.load(file, threads=1)
+def main(vectors: Path, outputs: Path, file: Path, engine: str) -> None:
+    model = fp.load(file, threads=1, engine=engine)
     manifest = json.loads((vectors / "vectors.json").read_text())
     for entry in manifest["vectors"]:
         camera = fp.Intrinsics(**entry["image_intrinsics_px"])
@@ -26,9 +27,11 @@ def main(vectors: Path, outputs: Path, file: Path) -> None:
         network_input, maps = run_image(model, VectorImage(entry["name"], rgb, camera, size, None))
         found = {"input": network_input, "maps": maps}
         found |= derived(maps, entry, manifest["threshold"])
-        # scikit-image, which finds the paths, has nothing of its own to differ in
-        without_path = {**entry, "path": None}
-        found |= metres(prediction_of(maps, entry, manifest["threshold"]), without_path)
+        prediction = prediction_of(maps, entry, manifest["threshold"])
+        try:
+            found |= metres(prediction, entry)
+        except PlanningError:  # these maps have no such path
+            found |= metres(prediction, {**entry, "path": None})
         folder = outputs / entry["name"]
         folder.mkdir(parents=True, exist_ok=True)
         for name, result in found.items():
@@ -41,4 +44,4 @@ def main(vectors: Path, outputs: Path, file: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:4]))
+    main(*map(Path, sys.argv[1:4]), *(sys.argv[4:] or ["onnxruntime"]))

@@ -1,6 +1,6 @@
 /** The page: pictures in, ground, distances and paths out. */
 
-import { scaleFraction, scaleGradient, TICKS_M, type Camera as Lens, type GroundPath } from "footprints-edge";
+import { scaleFraction, scaleGradient, TICKS_M, type GroundPath } from "footprints-edge";
 
 import roomUrl from "../../room.jpg?url";
 import type { Analysis, Engine, NoPath, Point } from "./messages";
@@ -62,10 +62,10 @@ async function analysePhoto(): Promise<void> {
   say(describeGround(result));
 }
 
-function taskOf({ picture, focal35mm }: Photo, longestPx: number) {
+function taskOf({ picture, lens }: Photo, longestPx: number) {
   const fovDeg = valueOf(lensInput);
-  const camera: Lens | null = fovDeg !== null ? { fovDeg } : focal35mm !== null ? { focal35mm } : null;
-  return { picture, camera, cameraHeightM: valueOf(heightInput), longestPx, goal };
+  const camera = fovDeg === null ? null : { fovDeg };
+  return { picture, camera, lens, cameraHeightM: valueOf(heightInput), longestPx, goal };
 }
 
 /** What someone typed; null where it is nothing, or no number within the field's bounds. */
@@ -79,7 +79,7 @@ function show(result: Analysis): void {
   showPath(result.path);
   showReading();
   byId("pose").textContent = describePose(result.prediction);
-  const lens = valueOf(lensInput) !== null ? "set" : photo?.focal35mm ? "photo" : "assumed";
+  const lens = valueOf(lensInput) !== null ? "set" : photo?.lens?.focal35mm ? "photo" : "assumed";
   if (analyst) byId("run").textContent = describeRun(analyst.engine, analyst.threads, result, lens);
   // For programs around the page, and for its tests.
   if (performance.getEntriesByName("first result").length === 0) performance.mark("first result");
@@ -173,8 +173,8 @@ async function film(running: Camera): Promise<void> {
     const picture = await running.nextFrame();
     await inTurn(async () => {
       if (camera !== running || !analyst) return;
-      const result = await analyst.analyse(taskOf({ picture, focal35mm: null }, FILM_PX));
-      photo = { picture: result.picture, focal35mm: null }; // the last frame stays when it stops
+      const result = await analyst.analyse(taskOf({ picture, lens: null }, FILM_PX));
+      photo = { picture: result.picture, lens: null }; // the last frame stays when it stops
       show(result);
       finished.push(performance.now());
       if (finished.length > 12) finished.shift();

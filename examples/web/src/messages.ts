@@ -1,6 +1,6 @@
 /** What the page and its worker say to each other. */
 
-import type { Camera, DistanceLabel, GroundMapsData, GroundPath, Prediction } from "footprints-edge";
+import type { Camera, DistanceLabel, GroundMapsData, GroundPath, Lens, Prediction } from "footprints-edge";
 
 /** What runs the network: the processor through WebAssembly, or the graphics chip. */
 export type Engine = "wasm" | "webgpu";
@@ -19,6 +19,7 @@ export interface Task {
   picture: ImageBitmap;
   /** Null for what is usual: see `PredictOptions`. */
   camera: Camera | null;
+  lens: Lens | null;
   cameraHeightM: number | null;
   /** The longer side of the layer that is drawn, in pixels. */
   longestPx: number;

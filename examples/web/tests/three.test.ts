@@ -39,7 +39,7 @@ it("hides the walker behind the table", { timeout: 60_000 * PATIENCE }, async ()
     null,
     { timeout: 40_000 * PATIENCE, polling: 500 },
   );
-  const [inView, behind] = [await shirt(0.6), await shirt(0.78)];
+  const [inView, behind] = [await shirt(0.6), await shirt(0.96)];
   console.log(`shirt: ${inView} pixels in view, ${behind} behind the table`);
   expect(inView).toBeGreaterThan(behind + 100);
   expect(visit.errors).toEqual([]);

@@ -36,8 +36,9 @@ CELL_M, RANGE_M = 0.05, 6.0
 BEARINGS_DEG = np.arange(-90.0, 91.0)
 
 _NO_MODEL = ModelInfo("", "", "", "")
-_TRIED = 8  # goals of each kind
+_TRIED, _STARTS = 8, 6  # goals of each kind, and starts
 _LEAST_M = 1.0
+_LEAST_ROUND_M = 5 * CELL_M
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ def find_named_path(prediction: Prediction, margin_m: float) -> NamedPath | None
     visible, hidden = pixels(VISIBLE), pixels(HIDDEN)
     farthest_first = hidden[::-1], visible[::-1]
     goals = [goal for some in farthest_first for goal in some[:: max(1, len(some) // _TRIED)]]
-    for start in visible[:: max(1, len(visible) // 2)][:2]:
+    for start in visible[:: max(1, len(visible) // _STARTS)]:
         for goal in goals:
             try:
                 path = prediction.plan(start, goal, margin_m=margin_m)
@@ -156,6 +157,35 @@ def find_named_path(prediction: Prediction, margin_m: float) -> NamedPath | None
     return None
 
 
+def find_corner_path(prediction: Prediction) -> NamedPath | None:
+    """A path between two cells that meet in a corner of closed ones, with the longest way round.
+
+    A planner that slips through there finds a path of a few centimetres. None if there is no such
+    place, or no way round of some length.
+    """
+    try:
+        grid = prediction.top_down(CELL_M, RANGE_M)
+    except GroundPlaneError:
+        return None
+    camera = prediction.intrinsics.scaled(prediction.map_size, prediction.image_size)
+    is_open = grid.walkable
+    best, best_m = None, _LEAST_ROUND_M
+    blocks = np.lib.stride_tricks.sliding_window_view(is_open, (2, 2))
+    is_half = blocks.sum(axis=(2, 3)) == 2
+    for first, second in (((0, 0), (1, 1)), ((0, 1), (1, 0))):
+        meets = blocks[(..., *first)] & blocks[(..., *second)] & is_half
+        for corner in np.argwhere(meets):
+            ends_m = np.stack([grid.places_m[tuple(corner + end)] for end in (first, second)])
+            ends = [(int(x), int(y)) for x, y in np.rint(grid.plane.to_pixels(ends_m, camera))]
+            try:
+                path = prediction.plan(*ends)
+            except PlanningError:
+                continue
+            if path.length_m > best_m:
+                best, best_m = NamedPath(ends[0], ends[1], 0.0), path.length_m
+    return best
+
+
 @dataclass(frozen=True)
 class PathCost:
     """A port's path, judged on the plane and the grid of given maps.
@@ -163,7 +193,8 @@ class PathCost:
     Attributes:
         cost: the integral of 1 - p* + 0.01 along it, metres.
         length_m: its length.
-        closed_m: length that runs over closed cells, but for those of its ends.
+        closed_m: length that runs over closed cells or past their corners, but for those of its
+            ends.
         ends_off_m: the larger distance of its ends from the named points.
     """
 
@@ -201,7 +232,9 @@ def judge_path(
     cost = np.ones(len(u))
     cost[in_view] = 1 - prediction.ground_probability[v[in_view], u[in_view]] + STEP_COST
     near_end = np.linalg.norm(middle[:, None] - ends_m, axis=-1).min(axis=1) < 1.5 * CELL_M
-    closed = ~grid.walkable[row, column] & ~near_end
+    later = np.minimum(np.arange(len(row)) + 2, len(row) - 1)
+    touched = ((row, column), (row, column[later]), (row[later], column))
+    closed = ~np.all([grid.walkable[cells] for cells in touched], axis=0) & ~near_end
     return PathCost(
         float(cost @ length),
         float(length.sum()),

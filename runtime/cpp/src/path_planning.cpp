@@ -88,8 +88,6 @@ struct Terrain {
         return {int(std::clamp(row, 0.0, grid.rows - 1.0)),
                 int(std::clamp(column, 0.0, grid.columns() - 1.0))};
     }
-
-    double cost_at(Place place) const { return cost[index(cell_of(place))]; }
 };
 
 /* Distances along one line, squared: the least of (i - j)^2 + values[j]. */
@@ -141,7 +139,8 @@ std::vector<double> distances(const std::vector<uint8_t> &closed, int rows, int 
     return squares;
 }
 
-/* The cheapest route from cell to cell, to all eight neighbours; empty if there is none. */
+/* The cheapest route from cell to cell, to all eight neighbours; empty if there is none. A diagonal
+   step touches two more cells, at their corners; both must be open. */
 std::vector<Cell> cheapest_route(const Terrain &terrain, Cell start, Cell goal) {
     const int rows = terrain.grid.rows, columns = terrain.grid.columns();
     std::vector<double> total(terrain.cost.size(), std::numeric_limits<double>::infinity());
@@ -162,7 +161,9 @@ std::vector<Cell> cheapest_route(const Terrain &terrain, Cell start, Cell goal) 
                 const int r = row + down, c = column + right;
                 if ((!down && !right) || r < 0 || r >= rows || c < 0 || c >= columns) continue;
                 const int there = r * columns + c;
-                if (terrain.cost[there] < 0) continue;
+                if (terrain.cost[there] < 0 || terrain.cost[row * columns + c] < 0 ||
+                    terrain.cost[r * columns + column] < 0)
+                    continue;
                 const double step = down && right ? std::sqrt(2.0) : 1;
                 const double sum = so_far + step * (terrain.cost[here] + terrain.cost[there]) / 2;
                 if (sum < total[there]) {
@@ -192,14 +193,25 @@ std::vector<Place> dense(const std::vector<Place> &corners, double step_m) {
     return points;
 }
 
-/* The cost of straight lines between corners; infinite if one leaves the open cells. */
+/* The cost of straight lines between corners; infinite if one leaves or touches what is closed. A line
+   is followed in steps, which may cut a cell's corner or meet it exactly. So the cells beside a
+   diagonal passage, within three steps, must be open as well. */
 double line_cost(const std::vector<Place> &corners, const Terrain &terrain) {
-    const std::vector<Place> points = dense(corners, terrain.grid.cell_m / 4);
     double total = 0;
-    for (size_t i = 1; i < points.size(); i++) {
-        const double cost = terrain.cost_at(between(points[i - 1], points[i], 0.5));
-        if (cost < 0) return INFINITY;
-        total += cost * distance(points[i - 1], points[i]);
+    for (size_t i = 1; i < corners.size(); i++) {
+        const std::vector<Place> points =
+            dense({corners[i - 1], corners[i]}, terrain.grid.cell_m / 4);
+        std::vector<Cell> at;
+        for (size_t k = 1; k < points.size(); k++)
+            at.push_back(terrain.cell_of(between(points[k - 1], points[k], 0.5)));
+        for (size_t k = 0; k < at.size(); k++) {
+            const Cell cell = at[k], later = at[std::min(k + 2, at.size() - 1)];
+            const double cost = terrain.cost[terrain.index(cell)];
+            if (cost < 0 || terrain.cost[terrain.index({cell.row, later.column})] < 0 ||
+                terrain.cost[terrain.index({later.row, cell.column})] < 0)
+                return INFINITY;
+            total += cost * distance(points[k], points[k + 1]);
+        }
     }
     return total;
 }

@@ -253,11 +253,16 @@ def _dense(corners_m: NDArray[np.float64], step_m: float) -> NDArray[np.float64]
 def _line_cost(
     corners_m: NDArray[np.float64], costs: NDArray[np.float64], grid: OccupancyGrid
 ) -> float:
-    """The cost of straight lines between corners; infinite if one leaves the open cells."""
+    """The cost of straight lines between corners; infinite if one leaves or touches what is closed.
+
+    A line is followed in steps, which may cut a cell's corner or meet it exactly. So the cells
+    beside a diagonal passage, within three steps, must be open as well.
+    """
     points_m = _dense(corners_m, grid.cell_m / 4)
-    middle_m = (points_m[1:] + points_m[:-1]) / 2
-    cost = costs[_cells_of(grid, middle_m)]
-    if (cost < 0).any():
+    row, column = _cells_of(grid, (points_m[1:] + points_m[:-1]) / 2)
+    later = np.minimum(np.arange(len(row)) + 2, len(row) - 1)
+    cost = costs[row, column]
+    if min(cost.min(), costs[row, column[later]].min(), costs[row[later], column].min()) < 0:
         return float("inf")
     return float(cost @ np.linalg.norm(np.diff(points_m, axis=0), axis=1))
 
@@ -281,14 +286,14 @@ def _shortened(
 
 
 def require_graph_search() -> None:
-    """Checks that the libraries for planning are installed.
+    """Checks that the library for planning is installed.
 
     Raises:
-        PlanningError: If one is missing; the message says how to install it.
+        PlanningError: If it is missing; the message says how to install it.
     """
     try:
-        import scipy.spatial  # noqa: F401
-        import skimage.graph  # noqa: F401
+        import scipy.ndimage
+        import scipy.sparse.csgraph  # noqa: F401
     except ModuleNotFoundError as error:
         raise PlanningError(
             f"planning needs the package {error.name}; {install_hint('plan')}"
@@ -298,7 +303,10 @@ def require_graph_search() -> None:
 def cheapest_route(
     costs: NDArray[np.floating], start: tuple[int, int], goal: tuple[int, int]
 ) -> tuple[NDArray[np.intp] | None, float]:
-    """Finds the cheapest path through a grid of costs.
+    """Finds the cheapest path through a grid of costs, by Dijkstra's algorithm.
+
+    A step leads to one of the eight neighbours. It costs its length times the mean of its two
+    cells. A diagonal one touches two more cells, at their corners; both must be open.
 
     Args:
         costs: (h, w), negative where no path may go.
@@ -308,14 +316,41 @@ def cheapest_route(
     Returns:
         Rows and columns of the path, (N, 2), and its cost; None and infinity if there is no path.
     """
-    from skimage.graph import MCP_Geometric
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import dijkstra
 
     rows, columns = (np.flatnonzero((costs >= 0).any(axis=axis)) for axis in (1, 0))
     corner = np.array([rows[0], columns[0]])
-    inside = costs[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    begin, end = (tuple((np.array(place) - corner).tolist()) for place in (start, goal))
-    search = MCP_Geometric(inside)
-    totals, _ = search.find_costs([begin], [end])
+    inside = costs[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1].astype(np.float64)
+    begin, end = (
+        int(np.ravel_multi_index(place - corner, inside.shape)) for place in (start, goal)
+    )
+    graph = coo_array(_steps(inside), shape=(inside.size, inside.size)).tocsr()
+    totals, before = dijkstra(graph, directed=False, indices=begin, return_predecessors=True)
     if not np.isfinite(totals[end]):
         return None, float("inf")
-    return np.array(search.traceback(end), np.intp) + corner, float(totals[end])
+    route = [end]
+    while route[-1] != begin:
+        route.append(int(before[route[-1]]))
+    places = np.stack(np.unravel_index(route[::-1], inside.shape), axis=1)
+    return places + corner, float(totals[end])
+
+
+def _steps(
+    costs: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], tuple[NDArray[np.int32], NDArray[np.int32]]]:
+    """Costs of all steps to the right and downwards, and the cells from and to which they lead."""
+    cells = np.arange(costs.size, dtype=np.int32).reshape(costs.shape)
+    is_open = costs >= 0
+    is_square = is_open[:-1, :-1] & is_open[:-1, 1:] & is_open[1:, :-1] & is_open[1:, 1:]
+    parts = []
+    for of_from, of_to, may, length in (
+        (np.s_[:, :-1], np.s_[:, 1:], is_open[:, :-1] & is_open[:, 1:], 1.0),
+        (np.s_[:-1], np.s_[1:], is_open[:-1] & is_open[1:], 1.0),
+        (np.s_[:-1, :-1], np.s_[1:, 1:], is_square, np.sqrt(2)),
+        (np.s_[:-1, 1:], np.s_[1:, :-1], is_square, np.sqrt(2)),
+    ):
+        cost = (costs[of_from][may] + costs[of_to][may]) * (length / 2)
+        parts.append((cost, cells[of_from][may], cells[of_to][may]))
+    cost, *ends = map(np.concatenate, zip(*parts, strict=True))
+    return cost, (ends[0], ends[1])

@@ -12,7 +12,7 @@ export {
 } from "./geometry/camera.ts";
 export type { CameraPose, PoseOptions } from "./geometry/camera-pose.ts";
 export { GroundPlane } from "./geometry/ground-plane.ts";
-export { focalLength35mm } from "./inputs/focal-length.ts";
+export { readLens, type Lens } from "./inputs/lens.ts";
 export type { GroundMapsData, ModelInfo, Timings } from "./maps/ground-maps.ts";
 export type { ModelMetadata } from "./model-files/metadata.ts";
 export { HIDDEN, OCCUPIED, OccupancyGrid, UNKNOWN, VISIBLE } from "./navigation/occupancy-grid.ts";

@@ -22,6 +22,7 @@ export class ModelError extends FootprintsError {}
 /** Why no plane fits, or why the one that fits is refused. */
 export type NoPlane =
   | "no_ground"
+  | "panorama"
   | "few_pixels"
   | "one_line"
   | "above_camera"

@@ -5,6 +5,7 @@ import { ModelError } from "./errors.ts";
 import type { Size } from "./foundation/types.ts";
 import { intrinsicsOf, scaledCamera, type Camera } from "./geometry/camera.ts";
 import { poseOf, type PoseOptions } from "./geometry/camera-pose.ts";
+import type { Lens } from "./inputs/lens.ts";
 import type { DecodedImage } from "./inputs/pixels.ts";
 import { resizeToRgb } from "./inputs/resize.ts";
 import { workingSize } from "./inputs/working-size.ts";
@@ -20,6 +21,8 @@ export interface PredictOptions extends PoseOptions {
    * a field of view of 60 degrees; `intrinsics.source` says which.
    */
   camera?: Camera | null | undefined;
+  /** What `readLens` made of the file, where the picture was decoded before; files are asked themselves. */
+  lens?: Lens | null | undefined;
   /** Probability above which a pixel counts as ground, 0.5 if not given. */
   threshold?: number | undefined;
   /** Whether to lay flat ground onto its plane, as `Prediction.flattened` does; true if not given. */
@@ -85,7 +88,7 @@ export class Model<Source> {
    * @param size Overrules the usual input size; multiples of 32.
    */
   async run(image: Source, options: PredictOptions = {}, size?: Size): Promise<NetworkRun> {
-    const { camera = null, threshold = 0.5, flatten = true } = options;
+    const { camera = null, lens = null, threshold = 0.5, flatten = true } = options;
     if (!(threshold >= 0 && threshold <= 1)) {
       throw new RangeError(`threshold is ${threshold}; it is a probability: give 0 to 1`);
     }
@@ -96,7 +99,8 @@ export class Model<Source> {
     const times = [performance.now()];
     const decoded = await this.#decode(image);
     const { imageSize } = decoded;
-    const given = intrinsicsOf(imageSize, camera, decoded.focal35mm);
+    const stated = lens ?? decoded;
+    const given = intrinsicsOf(imageSize, camera, stated.focal35mm);
     times.push(performance.now());
     const mapSize = size ?? this.inputSize(imageSize);
     const input = resizeToRgb(decoded, mapSize, this.metadata.resize);
@@ -118,6 +122,7 @@ export class Model<Source> {
       },
       timingsMs,
       pose,
+      panorama: stated.panorama,
       laidOnto: null,
     });
     const prediction = flatten ? plain.flattened() : plain;

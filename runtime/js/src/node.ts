@@ -12,8 +12,8 @@ import { readMetadata } from "./model-files/metadata.ts";
 export * from "./api.ts";
 export type { NodeEngineOptions } from "./engines/onnxruntime-node.ts";
 
-/** Decoded pixels: Node has no decoder of its own. `focal35mm` is what the file's EXIF states. */
-export type ImageSource = Pixels & { focal35mm?: number | null };
+/** Decoded pixels: Node has no decoder of its own. */
+export type ImageSource = Pixels;
 
 export interface LoadOptions extends NodeEngineOptions {
   /** Path, file URL or bytes of a model file; the one inside the package if not given. */
@@ -48,5 +48,5 @@ async function decode(source: ImageSource): Promise<DecodedImage> {
         "{ data, width, height } with 3 or 4 bytes a pixel",
     );
   }
-  return { ...decodedPixels(source), focal35mm: source.focal35mm ?? null };
+  return decodedPixels(source);
 }

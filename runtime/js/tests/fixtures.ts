@@ -13,8 +13,8 @@ export interface Facts {
   colours: number[];
   positions: [number, number][];
   depths: [number, number, number][];
-  /** 35 mm equivalent focal lengths of JPEG files. */
-  lenses: Record<string, number | null>;
+  /** What JPEG files say of their lens. */
+  lenses: Record<string, { focal35mm: number | null; panorama: boolean }>;
   photos: Record<string, Photo>;
 }
 

@@ -37,16 +37,32 @@ RESIZES: tuple[tuple[Size, Size], ...] = (
     ((1, 1), (64, 64)),
 )
 SIZES = ((720, 1280), (1280, 720), (480, 640), (1000, 1000), (300, 4000), (33, 47), (1, 9000))
-LENSES = {
-    "zoomed": (26, 2.5, "maker"),
-    "zoomed-by-an-iphone": (26, 2.5, "Apple"),
-    "zoomed-impossibly": (26, 500.0, "maker"),
-    "not-zoomed": (26, 0.0, "maker"),
-    "short-name": (26, 2.0, "LG"),
-    "too-short": (3, 1.0, "maker"),
-    "too-long": (5001, 1.0, "maker"),
+LENSES: dict[str, dict[str, object]] = {
+    "zoomed": {"focal": 26, "zoom": 2.5},
+    "zoomed-by-an-iphone": {"focal": 26, "zoom": 2.5, "maker": "Apple"},
+    "zoomed-impossibly": {"focal": 26, "zoom": 500.0},
+    "not-zoomed": {"focal": 26, "zoom": 0.0},
+    "short-name": {"focal": 26, "zoom": 2.0, "maker": "LG"},
+    "too-short": {"focal": 3},
+    "too-long": {"focal": 5001},
+    "cropped": {"focal": 26, "taken": (400, 300)},
+    "cropped-and-zoomed": {"focal": 26, "taken": (400, 300), "zoom": 2.0},
+    "cropped-to-another-way-up": {"focal": 26, "taken": (400, 80), "size": (60, 80)},
+    "turned": {"focal": 26, "taken": (160, 320), "size": (320, 160), "orientation": 6},
+    "turned-by-a-program": {"focal": 26, "taken": (160, 320), "size": (320, 160)},
+    "enlarged-to-another-shape": {"focal": 26, "taken": (64, 48)},
+    "resized": {"focal": 26, "taken": (640, 320)},
+    "size-not-stated": {"focal": 26, "taken": (0, 0)},
+    "whole-turn": {"focal": 26, "pano": (8000, 8000)},
+    "whole-turn-in-elements": {"pano": (8000, 8000), "elements": True},
+    "part-of-a-turn": {"pano": (6000, 1000)},
+    "part-of-a-turn-held-upright": {"pano": (6000, 1000), "orientation": 6},
+    "flat-part-of-a-turn": {"focal": 26, "pano": (6000, 6000), "kind": "Rectilinear"},
+    "turn-of-nonsense": {"focal": 26, "pano": ("many", 10)},
+    "turn-of-an-iphone": {"focal": 26, "rendered": 6},
+    "other-picture-of-an-iphone": {"focal": 26, "rendered": 8},
 }
-"""35 mm equivalent focal length, digital zoom and maker, as EXIF states them."""
+"""What JPEG files state: see `write_lens`."""
 
 FILM_FRAMES, FILM_HZ = 30, 10
 EXACT = {"session.x64quantprecision": "1"}
@@ -63,7 +79,7 @@ def main() -> None:
     write_resizes()
     model = fp.load(session_options=EXACT)
     write_vectors(model, FIXTURES / "vectors")
-    photos = {"room.jpg": ROOM.read_bytes(), **cut_outs(room)}
+    photos = {"room.jpg": ROOM.read_bytes(), **cut_outs(room), **with_lens(room)}
     facts = {
         "resizes": [[*a, *b] for a, b in RESIZES],
         "sizes": [[*size, *working_size(size)] for size in SIZES],
@@ -74,7 +90,7 @@ def main() -> None:
         "depths": [
             [s, disparity_to_depth(s), disparity_to_depth(s, 0.5, 40)] for s in (0, 0.01, 1)
         ],
-        "lenses": {name: write_lens(name, *stated) for name, stated in LENSES.items()},
+        "lenses": {name: write_lens(name, **stated) for name, stated in LENSES.items()},
         "photos": {name: write_photo(model, name, data) for name, data in photos.items()},
     }
     (FIXTURES / "facts.json").write_text(json.dumps(facts))
@@ -120,16 +136,76 @@ def write_photo(model: fp.Model, name: str, data: bytes) -> dict[str, object]:
     return {"camera": [camera.fx, camera.fy, camera.cx, camera.cy, camera.source]}
 
 
-def write_lens(name: str, focal_mm: int, zoom: float, maker: str) -> float | None:
-    """Writes a JPEG file that states this; returns the focal length that the runtime reads."""
+def write_lens(
+    name: str,
+    size: Size = (100, 200),
+    focal: int = 0,
+    taken: tuple[int, int] | None = None,
+    zoom: float | None = None,
+    rendered: int | None = None,
+    orientation: int = 1,
+    maker: str = "maker",
+    pano: tuple[object, object] | None = None,
+    kind: str = "equirectangular",
+    *,
+    elements: bool = False,
+) -> dict[str, object]:
+    """Writes a JPEG file that states this; returns what the runtime reads.
+
+    `taken` is the width and height when it was taken, `pano` the full and the shown width in GPano.
+    """
+    xmp = b""
+    if pano is not None:
+        stated = {
+            "ProjectionType": kind,
+            "FullPanoWidthPixels": pano[0],
+            "CroppedAreaImageWidthPixels": pano[1],
+        }
+        form = "<GPano:{0}>{1}</GPano:{0}>" if elements else ' GPano:{0}="{1}"'
+        said = "".join(form.format(*each) for each in stated.items())
+        xmp = f"<rdf:D>{said}</rdf:D>".encode() if elements else f"<rdf:D{said}/>".encode()
+    data = _with_exif(
+        Image.new("RGB", size[::-1]), focal, taken, zoom, rendered, orientation, maker, xmp
+    )
+    (FIXTURES / f"lens-{name}.jpg").write_bytes(data)
+    with Image.open(io.BytesIO(data)) as image:
+        lens = read_lens(image)
+    return {"focal35mm": lens.focal_35mm, "panorama": lens.panorama}
+
+
+def with_lens(room: Image.Image) -> dict[str, bytes]:
+    """Photos whose lens is not the one that EXIF states: cropped, and digitally zoomed."""
+    cropped = room.crop((400, 20, 1000, 720))
+    zoomed = room.crop((320, 180, 960, 540))
+    return {
+        "cropped.jpg": _with_exif(cropped, 30, room.size),
+        "zoomed.jpg": _with_exif(zoomed, 30, zoomed.size, 2.0),
+    }
+
+
+def _with_exif(
+    image: Image.Image,
+    focal: int,
+    taken: tuple[int, int] | None = None,
+    zoom: float | None = None,
+    rendered: int | None = None,
+    orientation: int = 1,
+    maker: str = "maker",
+    xmp: bytes = b"",
+) -> bytes:
     exif = Image.Exif()
-    exif[Base.Make] = maker
-    rational = TiffImagePlugin.IFDRational(zoom)
-    exif[IFD.Exif] = {Base.FocalLengthIn35mmFilm: focal_mm, Base.DigitalZoomRatio: rational}
-    path = FIXTURES / f"{name}.jpg"
-    Image.new("RGB", (8, 8)).save(path, exif=exif)
-    with Image.open(path) as image:
-        return read_lens(image).focal_35mm
+    exif[Base.Make], exif[Base.Orientation] = maker, orientation
+    stated: dict[int, object] = {Base.FocalLengthIn35mmFilm: focal}
+    if taken is not None:
+        stated |= {Base.ExifImageWidth: taken[0], Base.ExifImageHeight: taken[1]}
+    if zoom is not None:
+        stated[Base.DigitalZoomRatio] = TiffImagePlugin.IFDRational(zoom)
+    if rendered is not None:
+        stated[Base.CustomRendered] = rendered
+    exif[IFD.Exif] = stated
+    buffer = io.BytesIO()
+    image.save(buffer, "JPEG", quality=95, exif=exif, **({"xmp": xmp} if xmp else {}))
+    return buffer.getvalue()
 
 
 def write_film(room: Image.Image, name: str, size: Size) -> None:

@@ -6,7 +6,7 @@ import { COLOUR_SCALE, scalePosition } from "../src/drawing/colours.ts";
 import { CameraPoseError, IntrinsicsError, ModelError } from "../src/errors.ts";
 import { disparityToDepth, intrinsicsOf, scaledCamera } from "../src/geometry/camera.ts";
 import { poseOf } from "../src/geometry/camera-pose.ts";
-import { focalLength35mm } from "../src/inputs/focal-length.ts";
+import { readLens, UNKNOWN_LENS } from "../src/inputs/lens.ts";
 import { decodeMaps } from "../src/maps/decode.ts";
 import { readMetadata } from "../src/model-files/metadata.ts";
 import { facts, fixturePath, readFloats } from "./fixtures.ts";
@@ -44,9 +44,11 @@ describe("camera", () => {
       "upright.png": [720, 540],
       "square.png": [720, 720],
       "small.png": [169, 200],
+      "cropped.jpg": [700, 600],
+      "zoomed.jpg": [360, 640],
     };
     const [height, width] = pictures[name];
-    const focal = focalLength35mm(fileOf(name));
+    const focal = readLens(fileOf(name)).focal35mm;
     const found = scaledCamera(
       intrinsicsOf({ height, width }, null, focal),
       { height, width },
@@ -78,18 +80,21 @@ describe("a camera that is given", () => {
   });
 });
 
-describe("focal length", () => {
-  it("is what the JPEG states", () => expect(focalLength35mm(fileOf("room.jpg"))).toBe(30));
+describe("a lens", () => {
+  it("is what the JPEG states", () => expect(readLens(fileOf("room.jpg")).focal35mm).toBe(30));
 
-  it.each(Object.entries(known.lenses))("of %s is what the runtime reads", (name, focalMm) => {
-    expect(focalLength35mm(fileOf(`${name}.jpg`))).toBe(focalMm);
+  it.each(Object.entries(known.lenses))("%s is what the runtime reads", (name, lens) => {
+    const { focal35mm, panorama } = readLens(fileOf(`lens-${name}.jpg`));
+    expect(panorama).toBe(lens.panorama);
+    if (lens.focal35mm === null) expect(focal35mm).toBeNull();
+    else expect(focal35mm).toBeCloseTo(lens.focal35mm, 6);
   });
 
   it("is unknown for a PNG, nothing, and a file cut short", () => {
-    expect(focalLength35mm(fileOf("upright.png"))).toBeNull();
-    expect(focalLength35mm(new ArrayBuffer(0))).toBeNull();
+    expect(readLens(fileOf("upright.png"))).toEqual(UNKNOWN_LENS);
+    expect(readLens(new ArrayBuffer(0))).toEqual(UNKNOWN_LENS);
     for (let length = 0; length < 60; length++) {
-      expect(focalLength35mm(fileOf("room.jpg").slice(0, length))).toBeNull();
+      expect(readLens(fileOf("room.jpg").slice(0, length))).toEqual(UNKNOWN_LENS);
     }
   });
 });

@@ -3,6 +3,7 @@
 import { describe, expect, it } from "vitest";
 
 import { GroundPlaneError, NoPathError, OffGroundError, OutsideError, PlanningError } from "../src/errors.ts";
+import { cheapestRoute } from "../src/navigation/cheapest-route.ts";
 import { distanceTo } from "../src/navigation/distance-transform.ts";
 import { Prediction } from "../src/prediction.ts";
 import { drawGround } from "../src/drawing/overlay.ts";
@@ -43,6 +44,7 @@ function floor({ wallM = Infinity, farthestM = 12, height = HEIGHT_M } = {}): Pr
     model: { name: "floor", precision: "fp32", runtime: "" },
     timingsMs: { decode: 0, preprocess: 0, inference: 0, postprocess: 0 },
     pose: { heightM: null, pitchDeg: null, rollDeg: null },
+    panorama: false,
     laidOnto: null,
   });
 }
@@ -183,4 +185,13 @@ it("distances to a set are Euclidean", () => {
     expect(each).toBeCloseTo(Math.min(away(0), away(23)), 9);
   });
   expect(distanceTo(new Uint8Array(4), 2)[0]).toBe(Infinity);
+});
+
+it("no route slips between two closed cells that meet in a corner", () => {
+  const costs = new Float64Array(54).fill(0.1);
+  for (let row = 0; row < 5; row++) costs[9 * row + row + 2] = -1; // a slanting wall, open at the bottom
+  const route = cheapestRoute(costs, 9, 10, 14)!;
+  expect(Math.max(...route)).toBeGreaterThanOrEqual(45);
+  costs[9 * 5 + 7] = -1;
+  expect(cheapestRoute(costs, 9, 10, 14)).toBeNull();
 });

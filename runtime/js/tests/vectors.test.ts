@@ -32,6 +32,7 @@ function predictionOf(entry: any): Prediction {
     model: { name: metadata.name, precision: metadata.precision, runtime: "" },
     timingsMs: { decode: 0, preprocess: 0, inference: 0, postprocess: 0 },
     pose: poseOf({ cameraHeightM, pitchDeg, rollDeg }),
+    panorama: false,
     laidOnto: null,
   });
 }

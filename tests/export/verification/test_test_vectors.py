@@ -21,7 +21,14 @@ from footprints_edge_export.verification.test_vectors import (
     vector_images,
     write_vectors,
 )
-from footprints_edge_export.verification.vector_metres import NAMES, metres, prediction_of
+from footprints_edge_export.verification.vector_metres import (
+    CELL_M,
+    NAMES,
+    RANGE_M,
+    judge_path,
+    metres,
+    prediction_of,
+)
 
 MOST_BYTES = 9.5e6
 
@@ -247,6 +254,33 @@ def test_a_port_with_a_mistake_fails(mistake, model, vectors, manifest, tmp_path
     assert caught <= failing(findings)
     for entry in manifest["vectors"]:  # each vector on its own would show it
         assert failing(f for f in findings if f.vector == entry["name"]), entry["name"]
+
+
+def test_a_path_that_slips_between_two_closed_cells_fails(vectors, manifest, tmp_path):
+    outputs = tmp_path / "port"
+    shutil.copytree(vectors, outputs)
+    entry = next(e for e in manifest["vectors"] if e["name"] == "known_pose")
+    path_m = expected(vectors, entry, "path_m")
+    assert np.linalg.norm(path_m[-1] - path_m[0]) < 0.1
+    assert entry["path"]["length_m"] > 0.25
+    np.save(outputs / entry["files"]["path_m"], path_m[[0, -1]])
+    assert failing(check_vectors(vectors, outputs)) == {"path_m of the port's maps"}
+
+
+def test_a_path_that_cuts_a_corner_is_over_closed_cells(vectors, manifest):
+    """Two cells that meet in a corner of a closed one, away from the ends."""
+    entry = next(e for e in manifest["vectors"] if e["name"] == "landscape")
+    prediction = prediction_of(expected(vectors, entry, "maps"), entry, manifest["threshold"])
+    grid = prediction.top_down(CELL_M, RANGE_M)
+    blocks = np.lib.stride_tricks.sliding_window_view(grid.walkable, (2, 2))
+    corners = np.argwhere(
+        blocks[..., 0, 0] & blocks[..., 1, 1] & ~blocks[..., 0, 1] & blocks[..., 1, 0]
+    )
+    row, column = corners[len(corners) // 2]
+    over_m = grid.places_m[[row, row + 1], [column, column + 1]]
+    round_m = np.insert(over_m, 1, grid.places_m[row + 1, column], axis=0)
+    assert judge_path(prediction, over_m, entry).closed_m > 0
+    assert judge_path(prediction, round_m, entry).closed_m == 0
 
 
 def test_what_a_port_does_not_write_fails_or_is_left_out(vectors, tmp_path):

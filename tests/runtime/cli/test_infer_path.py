@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-pytest.importorskip("skimage")
+pytest.importorskip("scipy")
 
 
 @pytest.fixture

@@ -10,10 +10,10 @@ from predictions import make_prediction
 from footprints_edge.errors import NoPathError, OffGroundError, OutsideError, PlanningError
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.navigation import path_planning as planning
-from footprints_edge.navigation.occupancy_grid import OCCUPIED
+from footprints_edge.navigation.occupancy_grid import OCCUPIED, OccupancyGrid
 from footprints_edge.navigation.path_planning import STEP_COST
 
-pytest.importorskip("skimage")
+pytest.importorskip("scipy")
 
 SIZE = (96, 128)
 CAMERA = Intrinsics(100, 100, 63.5, 20.0)
@@ -51,7 +51,7 @@ def cheapest(cost, start, goal):
         for dr, dc in ((i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j):
             at = (r + dr, c + dc)
             inside = 0 <= at[0] < cost.shape[0] and 0 <= at[1] < cost.shape[1]
-            if inside and cost[at] >= 0:
+            if inside and min(cost[at], cost[r, at[1]], cost[at[0], c]) >= 0:
                 step = np.hypot(dr, dc) * (cost[r, c] + cost[at]) / 2
                 heapq.heappush(queue, (so_far + step, at))
     return best.get(goal)
@@ -70,6 +70,34 @@ def test_no_route_through_the_grid_is_cheaper(seed, share):
         return
     assert found == pytest.approx(expected, rel=1e-5)
     assert (np.abs(np.diff(route, axis=0)).max(axis=1) == 1).all()
+
+
+def test_no_route_slips_between_two_closed_cells_that_meet_in_a_corner():
+    cost = np.full((6, 9), 0.1)
+    cost[range(5), range(2, 7)] = -1  # a slanting wall, open at the bottom
+    route, found = planning.cheapest_route(cost, (1, 1), (1, 5))
+    assert route[:, 0].max() == 5
+    assert found == pytest.approx(cheapest(cost, (1, 1), (1, 5)))
+    cost[5, 7] = -1
+    assert planning.cheapest_route(cost, (1, 1), (1, 5))[0] is None
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1))
+def test_a_path_touches_no_closed_cell_not_even_at_its_corner(seed):
+    rng = np.random.default_rng(seed)
+    cost = np.where(rng.random((14, 18)) < 0.8, rng.choice([0.1, 0.2], (14, 18)), -1)
+    cost[13, 0] = cost[0, 17] = 0.1
+    route, _ = planning.cheapest_route(cost, (13, 0), (0, 17))
+    if route is None:
+        return
+    cell_m = 0.05
+    grid = OccupancyGrid(np.zeros(cost.shape, np.uint8), cell_m, None)
+    corners_m = planning._shortened(grid.places_m[route[:, 0], route[:, 1]], cost, grid)
+    points = np.array([14, 9]) - planning._dense(corners_m, cell_m / 100) / cell_m
+    for aside in ([1e-6, 1e-6], [1e-6, -1e-6], [-1e-6, 1e-6], [-1e-6, -1e-6]):
+        row, column = np.floor(points + aside).astype(int).T
+        assert (cost[row, column] >= 0).all()
 
 
 @pytest.mark.parametrize("goal", [(110, 40), (64, 30), (5, 60), (127, 70)])
@@ -252,8 +280,8 @@ def test_nonsense_is_refused(start, options):
 
 
 def test_a_missing_library_names_the_extra(monkeypatch):
-    monkeypatch.setitem(sys.modules, "skimage.graph", None)
+    monkeypatch.setitem(sys.modules, "scipy.sparse.csgraph", None)
     with pytest.raises(PlanningError, match=r"footprints-edge\[plan\]"):
         planning.require_graph_search()
-    with pytest.raises(PlanningError, match="skimage"):
+    with pytest.raises(PlanningError, match="scipy"):
         world(np.ones(SIZE)).plan((20, 90), (30, 80))

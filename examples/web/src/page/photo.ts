@@ -1,14 +1,14 @@
 /** Pictures from files. */
 
-import { focalLength35mm } from "footprints-edge";
+import { readLens, type Lens } from "footprints-edge";
 
-/** EXIF blocks come first in a file and are at most 64 KiB long. */
-const EXIF_BYTES = 2 ** 17;
+/** What is said of the lens stands at the beginning of a file. */
+const LENS_BYTES = 2 ** 18;
 
 export interface Photo {
   picture: ImageBitmap;
-  /** 35 mm equivalent focal length in millimetres; null if the file states none. */
-  focal35mm: number | null;
+  /** What the file says; null for a frame of the camera. */
+  lens: Lens | null;
 }
 
 /**
@@ -17,14 +17,14 @@ export interface Photo {
  * @throws Error If the browser cannot read it; the message is for people.
  */
 export async function readPhoto(file: Blob, name: string): Promise<Photo> {
-  const head = await file.slice(0, EXIF_BYTES).arrayBuffer();
+  const head = await file.slice(0, LENS_BYTES).arrayBuffer();
   try {
     // Colours as they are in the file: that is what the network was trained on.
     const picture = await createImageBitmap(file, {
       imageOrientation: "from-image",
       colorSpaceConversion: "none",
     });
-    return { picture, focal35mm: focalLength35mm(head) };
+    return { picture, lens: readLens(head) };
   } catch {
     throw new Error(`${name} is not a picture that this browser can read. Choose a JPEG or PNG.`);
   }

@@ -10,7 +10,7 @@ import { hiddenTour, pathTo } from "./tours";
 import { Walker } from "./walker";
 
 /** Small enough for the room beneath tables and chairs, where the network sees ground. */
-const WALKER_M = 0.4;
+const WALKER_M = 0.3;
 const METRES_A_SECOND = 0.6;
 const LONGEST_PX = 1280;
 

@@ -30,9 +30,9 @@ async function answer(request: Request): Promise<Reply> {
 }
 
 async function analyse(request: Request & { kind: "analyse" }): Promise<Sent> {
-  const { picture, camera, cameraHeightM, goal, longestPx } = request;
+  const { picture, camera, lens, cameraHeightM, goal, longestPx } = request;
   const begin = performance.now();
-  const prediction = await model.predict(picture, { camera, cameraHeightM });
+  const prediction = await model.predict(picture, { camera, lens, cameraHeightM });
   last = prediction;
   const path = goal && findPath(prediction, goal);
   const scale = longestPx / Math.max(picture.height, picture.width);

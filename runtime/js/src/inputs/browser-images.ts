@@ -2,7 +2,7 @@
 
 import { ImageError } from "../errors.ts";
 import type { Pixels } from "../foundation/types.ts";
-import { focalLength35mm } from "./focal-length.ts";
+import { readLens, UNKNOWN_LENS } from "./lens.ts";
 import { decodedPixels, isPixels, type DecodedImage } from "./pixels.ts";
 
 /** A file, its bytes, decoded pixels (`ImageData`), or whatever a canvas can draw. */
@@ -11,8 +11,8 @@ export type ImageSource = Blob | ArrayBuffer | Uint8Array | Pixels | ImageBitmap
 /** Larger pictures are scaled down before they are read: phones refuse larger canvases. */
 const MOST_CANVAS_PX = 4096 * 4096;
 
-/** EXIF stands at the beginning of a file. */
-const EXIF_BYTES = 2 ** 17;
+/** What is said of the lens stands at the beginning of a file. */
+const LENS_BYTES = 2 ** 18;
 
 /**
  * Decodes a picture, upright.
@@ -23,8 +23,8 @@ export async function decodeImage(source: ImageSource): Promise<DecodedImage> {
   if (isPixels(source)) return decodedPixels(source);
   const isBytes = source instanceof ArrayBuffer || source instanceof Uint8Array;
   const drawable = isBytes ? new Blob([source as BlobPart]) : source;
-  const focal35mm =
-    drawable instanceof Blob ? focalLength35mm(await drawable.slice(0, EXIF_BYTES).arrayBuffer()) : null;
+  const lens =
+    drawable instanceof Blob ? readLens(await drawable.slice(0, LENS_BYTES).arrayBuffer()) : UNKNOWN_LENS;
   let bitmap: ImageBitmap;
   try {
     bitmap =
@@ -42,7 +42,7 @@ export async function decodeImage(source: ImageSource): Promise<DecodedImage> {
   try {
     const { data, width, height } = readPixels(bitmap);
     const imageSize = { height: bitmap.height, width: bitmap.width };
-    return { data, width, height, imageSize, focal35mm };
+    return { data, width, height, imageSize, ...lens };
   } finally {
     if (bitmap !== drawable) bitmap.close();
   }

@@ -2,13 +2,12 @@
 
 import { ImageError } from "../errors.ts";
 import type { Pixels, Size } from "../foundation/types.ts";
+import { UNKNOWN_LENS, type Lens } from "./lens.ts";
 
 /** An upright picture, and what its file says about the lens. */
-export interface DecodedImage extends Pixels {
+export interface DecodedImage extends Pixels, Lens {
   /** Size of the picture; its pixels here are fewer if it was too large to be read as a whole. */
   imageSize: Size;
-  /** 35 mm equivalent focal length in millimetres, null if not stated. */
-  focal35mm: number | null;
 }
 
 /** Whether something looks like decoded pixels: `ImageData`, or an object of its shape. */
@@ -47,7 +46,7 @@ export function decodedPixels({ data, width, height }: Pixels): DecodedImage {
     width,
     height,
     imageSize: { height, width },
-    focal35mm: null,
+    ...UNKNOWN_LENS,
   };
 }
 

@@ -42,6 +42,8 @@ export interface GroundMapsData extends DecodedMaps {
   timingsMs: Timings;
   /** What is known of the camera's height, pitch and roll. */
   pose: CameraPose;
+  /** Whether the picture is a wide panorama, which no pinhole camera takes. */
+  panorama: boolean;
   /** The plane that the ground's depth was laid onto; null for the network's own depth. */
   laidOnto: { up: GroundPlane["up"]; cameraHeightM: number; errorM: number } | null;
 }
@@ -59,6 +61,7 @@ export class GroundMaps implements GroundMapsData {
   readonly model: ModelInfo;
   readonly timingsMs: Timings;
   readonly pose: CameraPose;
+  readonly panorama: boolean;
   readonly laidOnto: GroundPlane | null;
 
   // Private, so that `postMessage` does not copy what follows from the rest.
@@ -81,6 +84,7 @@ export class GroundMaps implements GroundMapsData {
     this.model = data.model;
     this.timingsMs = data.timingsMs;
     this.pose = data.pose;
+    this.panorama = data.panorama;
     const plane = data.laidOnto;
     this.laidOnto = plane && new GroundPlane(plane.up, plane.cameraHeightM, plane.errorM);
   }
@@ -130,6 +134,12 @@ export class GroundMaps implements GroundMapsData {
 
   /** The plane, or why there is none. */
   #findPlane(): GroundPlane | GroundPlaneError {
+    if (this.panorama && this.intrinsics.source === "assumed") {
+      return new GroundPlaneError(
+        "the picture is a panorama, which no pinhole camera takes; cut a view out of it, or give the camera",
+        "panorama",
+      );
+    }
     if (!this.showsGround && !knowsEverything(this.pose)) {
       return new GroundPlaneError(
         "the picture shows no ground; use a picture that shows some, or give the camera's height, pitch and roll",

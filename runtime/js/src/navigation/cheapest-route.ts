@@ -2,6 +2,7 @@
 
 /**
  * The cheapest route through a grid of costs: a step costs its length times the mean of its two cells.
+ * A diagonal one touches two more cells, at their corners; both must be open.
  *
  * @param costs Row by row; negative where no route may go.
  * @returns The cells from start to goal; null if there is no route.
@@ -30,6 +31,7 @@ export function cheapestRoute(
       for (let c = Math.max(0, column - 1); c <= Math.min(columns - 1, column + 1); c++) {
         const next = r * columns + c;
         if (done[next] || !(costs[next] >= 0)) continue;
+        if (!(costs[row * columns + c] >= 0 && costs[r * columns + column] >= 0)) continue;
         const length = r !== row && c !== column ? Math.SQRT2 : 1;
         const total = totals[cell] + (length * (costs[cell] + costs[next])) / 2;
         if (total >= totals[next]) continue;

@@ -227,15 +227,27 @@ function dense(cornersM: [number, number][], stepM: number): [number, number][] 
   return points;
 }
 
-/** The cost of straight lines between corners; infinite if one leaves the open cells. */
+/**
+ * The cost of straight lines between corners; infinite if one leaves or touches what is closed.
+ *
+ * A line is followed in steps, which may cut a cell's corner or meet it exactly. So the cells beside a
+ * diagonal passage, within three steps, must be open as well.
+ */
 function lineCost(cornersM: [number, number][], costs: Float64Array, grid: OccupancyGrid): number {
-  const points = dense(cornersM, grid.cellM / 4);
   let total = 0;
-  for (let i = 1; i < points.length; i++) {
-    const [a, b] = [points[i - 1], points[i]];
-    const cost = costs[grid.cellAt((a[0] + b[0]) / 2, (a[1] + b[1]) / 2)];
-    if (cost < 0) return Infinity;
-    total += cost * apart(a, b);
+  for (let i = 1; i < cornersM.length; i++) {
+    const points = dense([cornersM[i - 1], cornersM[i]], grid.cellM / 4);
+    const at = points.slice(1).map((b, k) => {
+      const a = points[k];
+      return grid.cellAt((a[0] + b[0]) / 2, (a[1] + b[1]) / 2);
+    });
+    for (let k = 0; k < at.length; k++) {
+      const [cell, later] = [at[k], at[Math.min(k + 2, at.length - 1)]];
+      const [column, laterColumn] = [cell % grid.columns, later % grid.columns];
+      const beside = [cell - column + laterColumn, later - laterColumn + column];
+      if (costs[cell] < 0 || beside.some((each) => costs[each] < 0)) return Infinity;
+      total += costs[cell] * apart(points[k], points[k + 1]);
+    }
   }
   return total;
 }
