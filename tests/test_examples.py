@@ -106,15 +106,16 @@ JS = CHECKOUT / "runtime" / "js"
         "runtime/js/src/maps/ground-maps.ts",
     ],
 )
-def test_every_language_refuses_at_the_probability_of_the_bundled_curve(place):
-    """The 98th percentile of S* whose confidence is just `least_ground`."""
+def test_every_language_has_the_gate_of_the_bundled_curve(place):
+    """The weight of a clear top beside the peak, and the least sum of both: after a refit these."""
     if not (CHECKOUT / place).is_file():
         pytest.skip(f"{place} is not in this checkout")
     found = curves()
-    least = math.log(found.least_ground / (1 - found.least_ground))
-    peak = (least - found.ground.offset) / found.ground.weights["peak"]
-    number = f"{1 / (1 + math.exp(-peak)):.4f}"
-    assert re.search(rf"\b{re.escape(number)}(?!\d)", (CHECKOUT / place).read_text())
+    least = math.log(found.least_ground / (1 - found.least_ground)) - found.ground.offset
+    peak, clear_top = (found.ground.weights[name] for name in ("peak", "clear_top"))
+    text = (CHECKOUT / place).read_text()
+    for number in (f"{clear_top / peak:.3f}", f"{least / peak:.3f}"):
+        assert re.search(rf"\b{re.escape(number)}(?!\d)", text), f"{place} lacks {number}"
 
 
 @pytest.fixture(scope="module")

@@ -1,15 +1,19 @@
 """Writes a bag of pictures, runs `fp-infer` on it, and compares what comes out with the interface.
 
     python examples/ros2/check_bag.py --frames 300
+    python examples/ros2/check_bag.py --frames 300 --ros 1
 
 Each picture is a part of `examples/office.jpg` that wanders. Stamps are compared, and grids with
-those of `Model.predict`, as rosbags and as mcap-ros2-support read them.
+those of `Model.predict`, as two libraries read them: rosbags, and mcap-ros2-support or ROS 1's own
+rosbag (Debian's `python3-rosbag` and `python3-nav-msgs`).
 """
 
 import argparse
+import os
+import pickle
 import subprocess
 import sys
-from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -17,8 +21,9 @@ from typing import Any
 import numpy as np
 from mcap_ros2.reader import read_ros2_messages
 from PIL import Image
+from rosbags import rosbag1, rosbag2
 from rosbags.highlevel import AnyReader
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import StoragePlugin
 from rosbags.typesys import Stores, get_typestore
 
 import footprints_edge as fp
@@ -28,8 +33,13 @@ from footprints_edge.ros.messages import Header, Time
 OFFICE = Path(__file__).resolve().parents[1] / "office.jpg"
 SIZE = (320, 512)
 CAMERA = fp.Intrinsics(495.6, 495.5, 255.5, 159.5)
-STORE = get_typestore(Stores.ROS2_HUMBLE)
-TYPES = STORE.types
+TYPES_OF = {1: Stores.ROS1_NOETIC, 2: Stores.ROS2_HUMBLE}
+DEBIAN = """
+import pickle, rosbag, sys
+read = rosbag.Bag(sys.argv[1]).read_messages([sys.argv[2]])
+grids = [(m.header.stamp.to_nsec(), bytes(v & 255 for v in m.data)) for _, m, _ in read]
+pickle.dump(grids, sys.stdout.buffer)
+"""
 
 
 def picture(index: int) -> np.ndarray:
@@ -41,82 +51,90 @@ def picture(index: int) -> np.ndarray:
     return np.ascontiguousarray(office[top : top + height, left : left + width])
 
 
-def stamp(index: int) -> tuple[int, int]:
-    """Seconds and nanoseconds of a picture: 30 a second, unevenly."""
-    return divmod(1_700_000_000_000_000_000 + index * 33_333_333 + index % 7 * 1001, 10**9)
+def stamp_ns(index: int) -> int:
+    """Of a picture: 30 a second, unevenly."""
+    return 1_700_000_000_000_000_000 + index * 33_333_333 + index % 7 * 1001
 
 
-def header(index: int) -> Any:  # noqa: ANN401 - of rosbags
-    """The header of a picture and of its camera."""
-    time = TYPES["builtin_interfaces/msg/Time"](*stamp(index))
-    return TYPES["std_msgs/msg/Header"](time, "camera_optical_frame")
-
-
-def write_bag(folder: Path, frames: int) -> Path:
-    """A bag of ROS 2 with a camera's pictures and its `CameraInfo`."""
+def write_bag(folder: Path, frames: int, ros: int) -> Path:
+    """A bag with a camera's pictures and its `CameraInfo`."""
+    store = get_typestore(TYPES_OF[ros])
+    types = store.types
     image_type, info_type = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
-    none = np.zeros(5), np.eye(3).ravel(), np.zeros(12)
-    roi = TYPES["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
-    with Writer(folder / "drive", version=8, storage_plugin=StoragePlugin.MCAP) as writer:
-        images = writer.add_connection("/camera/image_raw", image_type, typestore=STORE)
-        infos = writer.add_connection("/camera/camera_info", info_type, typestore=STORE)
+    to_bytes = store.serialize_ros1 if ros == 1 else store.serialize_cdr
+    roi = types["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
+    lens = np.zeros(5), CAMERA.matrix.ravel(), np.eye(3).ravel(), np.zeros(12)
+    path = folder / ("drive.bag" if ros == 1 else "drive")
+    mcap = {"version": 8, "storage_plugin": StoragePlugin.MCAP}
+    with rosbag1.Writer(path) if ros == 1 else rosbag2.Writer(path, **mcap) as writer:
+        images = writer.add_connection("/camera/image_raw", image_type, typestore=store)
+        infos = writer.add_connection("/camera/camera_info", info_type, typestore=store)
         for index in range(frames):
-            sec, nanosec = stamp(index)
-            at_ns = sec * 10**9 + nanosec
+            at_ns = stamp_ns(index)
+            time = types["builtin_interfaces/msg/Time"](*divmod(at_ns, 10**9))
+            numbered = (index,) if ros == 1 else ()
+            header = types["std_msgs/msg/Header"](*numbered, time, "camera_optical_frame")
             pixels = picture(index).ravel()
-            image = TYPES[image_type](header(index), *SIZE, "rgb8", 0, 3 * SIZE[1], pixels)
-            d, r, p = none
-            K = CAMERA.matrix.ravel()
-            info = TYPES[info_type](header(index), *SIZE, "plumb_bob", d, K, r, p, 0, 0, roi)
-            writer.write(images, at_ns, STORE.serialize_cdr(image, image_type))
-            writer.write(infos, at_ns, STORE.serialize_cdr(info, info_type))
-    return folder / "drive"
+            image = types[image_type](header, *SIZE, "rgb8", 0, 3 * SIZE[1], pixels)
+            info = types[info_type](header, *SIZE, "plumb_bob", *lens, 0, 0, roi)
+            writer.write(images, at_ns, to_bytes(image, image_type))
+            writer.write(infos, at_ns, to_bytes(info, info_type))
+    return path
 
 
-def grids_by_rosbags(path: Path) -> Iterator[Any]:
-    """The grids of a bag."""
-    with AnyReader([path]) as reader:
-        for connection, _, raw in reader.messages():
-            if connection.topic == TOPICS["grid"]:
-                yield reader.deserialize(raw, connection.msgtype)
+def grids_by_rosbags(path: Path) -> dict[int, bytes]:
+    """The cells of a bag's grids by their stamps, nanoseconds."""
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        return dict(
+            as_plain(reader.deserialize(raw, connection.msgtype))
+            for connection, _, raw in reader.messages()
+            if connection.topic == TOPICS["grid"]
+        )
 
 
-def grids_by_mcap(path: Path) -> Iterator[Any]:
+def grids_by_another(path: Path, ros: int) -> dict[int, bytes]:
     """The same by another library."""
-    for each in read_ros2_messages(str(path), topics=[TOPICS["grid"]]):
-        yield each.ros_msg
+    if ros == 1:
+        command = ["/usr/bin/python3", "-c", DEBIAN, str(path), TOPICS["grid"]]
+        outside = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        read = subprocess.run(command, env=outside, check=True, stdout=subprocess.PIPE)
+        return dict(pickle.loads(read.stdout))
+    messages = read_ros2_messages(str(path), topics=[TOPICS["grid"]])
+    return dict(as_plain(each.ros_msg) for each in messages)
+
+
+def as_plain(grid: Any) -> tuple[int, bytes]:  # noqa: ANN401 - a message of either library
+    """Stamp, nanoseconds, and cells of a grid."""
+    stamp = grid.header.stamp
+    return stamp.sec * 10**9 + stamp.nanosec, np.array(grid.data, np.int8).tobytes()
 
 
 def main() -> None:
     """Prints what was compared; ends with 1 if anything differs."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--frames", type=int, default=300)
-    frames = parser.parse_args().frames
+    parser.add_argument("--ros", type=int, choices=(1, 2), default=2)
+    given = parser.parse_args()
     model = fp.load(threads=1)
-    differing = 0
+    wanted = {}
+    for index in range(given.frames):
+        with suppress(fp.GroundPlaneError):
+            grid = model.predict(picture(index), intrinsics=CAMERA).top_down()
+            time = Time(*divmod(stamp_ns(index), 10**9))
+            wanted[stamp_ns(index)] = grid_message(grid, Header(time, "")).data.tobytes()
     with TemporaryDirectory() as folder:
-        source, out = write_bag(Path(folder), frames), Path(folder, "out.mcap")
-        command = [sys.executable, "-m", "footprints_edge", source, "-o", out]
-        subprocess.run([*map(str, command), "--format", "grid"], check=True)
-        both = zip(grids_by_rosbags(out), grids_by_mcap(out), strict=True)
-        found = {(a.header.stamp.sec, a.header.stamp.nanosec): (a, b) for a, b in both}
-        without = 0
-        for index in range(frames):
-            try:
-                grid = model.predict(picture(index), intrinsics=CAMERA).top_down()
-            except fp.GroundPlaneError:
-                without += 1
-                differing += stamp(index) in found
-                continue
-            wanted = grid_message(grid, Header(Time(*stamp(index)), "camera_footprint"))
-            for got in found.get(stamp(index), (None,)):
-                differing += got is None or not (
-                    (got.header.stamp.sec, got.header.stamp.nanosec) == stamp(index)
-                    and np.array_equal(np.array(got.data, np.int8), wanted.data)
-                )
+        source = write_bag(Path(folder), given.frames, given.ros)
+        out = Path(folder, "out.bag" if given.ros == 1 else "out.mcap")
+        command = [sys.executable, "-m", "footprints_edge", source, "-o", out, "--format", "grid"]
+        subprocess.run([*map(str, command)], check=True)
+        found = grids_by_rosbags(out), grids_by_another(out, given.ros)
+    differing = sum(
+        each.get(at_ns) != wanted.get(at_ns) for each in found for at_ns in {*each, *wanted}
+    )
     sys.stdout.write(
-        f"{frames} pictures: {len(found)} grids, {without} without a ground plane, "
-        f"{differing} that differ in stamp or cells\n"
+        f"ROS {given.ros}, {given.frames} pictures: {len(found[0])} and {len(found[1])} grids, "
+        f"{given.frames - len(wanted)} without a ground plane, {differing} that differ in stamp or "
+        "cells\n"
     )
     raise SystemExit(differing > 0)
 

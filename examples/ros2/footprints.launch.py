@@ -14,6 +14,7 @@ ARGUMENTS = {
     "camera_height_m": ".nan",  # not known; give numbers with a point, as ROS asks: 1.0
     "pitch_deg": ".nan",
     "roll_deg": ".nan",
+    "robot_height_m": "1.2",
     "ground_frame": "camera_footprint",
     "hidden": "cost",
     "rectified": "false",

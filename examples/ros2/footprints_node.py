@@ -14,6 +14,7 @@ from rosidl_runtime_py.utilities import get_message
 from sensor_msgs.msg import CameraInfo, Image
 
 import footprints_edge as fp
+from footprints_edge.geometry.obstacle_heights import ROBOT_HEIGHT_M
 from footprints_edge.ros import messages
 from footprints_edge.ros.camera_info import LatestCamera
 from footprints_edge.ros.fill import fill, plain_array
@@ -41,6 +42,7 @@ class Footprints(Node):
                 "camera_height_m": UNKNOWN,
                 "pitch_deg": UNKNOWN,
                 "roll_deg": UNKNOWN,
+                "robot_height_m": ROBOT_HEIGHT_M,
                 "ground_frame": "camera_footprint",
                 "hidden": "cost",
                 "rectified": False,
@@ -48,7 +50,8 @@ class Footprints(Node):
             }.items()
         }
         known = ("camera_height_m", "pitch_deg", "roll_deg")
-        self.pose = {name: None if math.isnan(value[name]) else value[name] for name in known}
+        self.given = {name: None if math.isnan(value[name]) else value[name] for name in known}
+        self.given["robot_height_m"] = value["robot_height_m"]
         self.output = GroundOutput(tuple(PUBLISHED), value["ground_frame"], value["hidden"])
         self.model = fp.load(threads=value["threads"])
         self.camera = LatestCamera(rectified=value["rectified"])
@@ -78,7 +81,7 @@ class Footprints(Node):
             self.warn("no camera_info: the lens is assumed, and all metres depend on it")
         try:
             prediction = self.model.predict(
-                picture_of(image), intrinsics=self.camera.camera, **self.pose
+                picture_of(image), intrinsics=self.camera.camera, **self.given
             )
             for key, contents in ground_messages(prediction, header, self.output):
                 self.publisher[key].publish(fill(contents, make, plain_array))

@@ -121,10 +121,10 @@ def outputs(request):
 
 @pytest.fixture
 def floor(outputs):
-    """A level floor; its right half is ground with a probability of 0.9, its left half of 0.3."""
+    """A level floor; its right half is ground with a probability of 0.998, its left half of 0.3."""
     camera = Intrinsics(40, 50, 23.1, 15.3)
     depth_m = np.abs(plane_depth_m(camera, (32, 48), (0, 0.9, 0.9), 1.5))
-    probability = np.where(np.arange(48) < 24, 0.3, 0.9) + np.zeros((32, 48))
+    probability = np.where(np.arange(48) < 24, 0.3, 0.998) + np.zeros((32, 48))
     return prediction_of(depth_m, (64, 96), probability, outputs)
 
 

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from footprints_edge.errors import FootprintsError, GroundPlaneError
 from footprints_edge.geometry.ground_plane import LEAST_AREA, GroundPlane, find_ground_plane
 from footprints_edge.maps.confidence import (
-    GROUND_INPUTS,
     METRES_INPUTS,
     Curve,
     Curves,
@@ -36,16 +35,19 @@ RIGHT_IOU = 0.5
 RIGHT_WITHIN = 1.25
 """Factor within which the median of predicted / true distance counts as right."""
 
-MOST_REFUSED = 0.01
+MOST_REFUSED = 0.02
 """Share of the pictures whose ground is right that the gate may refuse, on the half for the fit."""
 
 _DRAWN = 0.01
 """Share of the picture below which nothing counts as drawn."""
 
 _KINDS = {True: "with ground", False: "without ground"}
-_MOST_LEAST = 0.13
+_MOST_LEAST = 0.25
 """Pictures that show ground with more than this probability are never refused: a floor that is
 missed is worse than a wall that is drawn."""
+
+_CLEAR_TOPS = np.arange(0, 6.5, 0.5)
+"""Weights of a clear top, beside a peak of weight 1, among which the gate's is chosen."""
 
 _BINS = 5
 _SHRINKAGE = 1e-3
@@ -95,7 +97,8 @@ def collect(
 
     Args:
         model: the model.
-        folders: datasets with ground truth.
+        folders: datasets with ground truth. Pictures with less than `LEAST_AREA` of visible ground
+            are left out: too little to find, and too much to be without.
         without: folders that pictures without ground are taken from.
         reading: facts that some datasets need.
         most: pictures from each dataset, evenly spread.
@@ -112,7 +115,9 @@ def collect(
                     ground_truth.image, intrinsics=ground_truth.intrinsics, flatten=False
                 )
                 first = 2 * place < len(items)
-                examples.append(_with_truth(dataset.name, first, prediction, ground_truth))
+                example = _with_truth(dataset.name, first, prediction, ground_truth)
+                if example.shows_ground:
+                    examples.append(example)
                 progress(item.name)
     for folder in without:
         pictures = _spread(read_without_ground(folder, reading, Subset()), most)
@@ -207,18 +212,39 @@ def fit(examples: Sequence[Example]) -> Curves:
     """
     half = [each for each in examples if each.for_fit]
     with_metres = [each for each in half if each.metres is not None]
-    ground = fit_curve(
-        [each.ground for each in half], [each.ground_is_right for each in half], GROUND_INPUTS
-    )
+    ground, least = _fit_ground(half)
     metres = fit_curve(
         [each.metres or {} for each in with_metres],
         [each.metres_are_right for each in with_metres],
         METRES_INPUTS,
         balanced=False,
     )
-    shown = np.sort([ground.at(each.ground) for each in half if each.ground_is_right])
-    least = float(shown[math.floor(MOST_REFUSED * len(shown))])
-    return Curves(ground, metres, math.floor(1000 * min(_MOST_LEAST, least)) / 1000)
+    return Curves(ground, metres, least)
+
+
+def _fit_ground(half: Sequence[Example]) -> tuple[Curve, float]:
+    """The curve, and its least value, with which the gate refuses most pictures without ground.
+
+    The likelihood alone would give the clear top less weight: most pictures without ground need
+    none of it, but walls do.
+    """
+    right = [each.ground_is_right for each in half]
+    wrong = [each for each in half if not each.shows_ground]
+    best, most = None, -1.0
+    for weight in _CLEAR_TOPS.tolist():
+        evidence = [
+            {"all": each.ground["peak"] + weight * each.ground["clear_top"]} for each in half
+        ]
+        fitted = fit_curve(evidence, right, ("all",))
+        slope = fitted.weights["all"]
+        curve = Curve(fitted.offset, {"peak": slope, "clear_top": round(slope * weight, 4)})
+        shown = sorted(curve.at(each.ground) for each in half if each.ground_is_right)
+        least = min(_MOST_LEAST, shown[math.floor(MOST_REFUSED * len(shown))])
+        refused = sum(curve.at(each.ground) < least or not each.has_plane for each in wrong)
+        if refused > most:
+            best, most = (curve, math.floor(1000 * least) / 1000), refused
+    assert best is not None
+    return best
 
 
 def fit_curve(

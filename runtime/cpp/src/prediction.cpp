@@ -1,7 +1,9 @@
 #include "prediction.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <numeric>
 
 #include "ground_flattening.hpp"
 #include "resize.hpp"
@@ -25,15 +27,24 @@ Masks masks_of(const Maps &maps, double threshold) {
     return masks;
 }
 
-constexpr double SURE = 0.98;
-constexpr float LEAST_SURE = 0.8472f;
+// Weight of a clear top, and the least evidence of ground: docs/porting-metres.md.
+constexpr double CLEAR_TOP = 3.000, LEAST_EVIDENCE = 4.697;
 
-// Without ground, the surest of what looks like it is not sure enough.
-void check_that_ground_is_shown(std::vector<float> probability, const Pose &pose) {
-    if (pose.everything() || probability.empty()) return;
-    const auto surest = probability.begin() + std::ptrdiff_t(SURE * double(probability.size() - 1));
+// How sure the surest ground is, and how little of it reaches the upper border, as walls do.
+double evidence_of_ground(std::vector<float> probability, Size size) {
+    const auto rows = std::max(1, size.height / 4);
+    const auto upper_end = probability.begin() + std::ptrdiff_t(rows) * size.width;
+    const double upper = std::accumulate(probability.begin(), upper_end, 0.0);
+    const double clear_top = 1 - upper / (double(rows) * size.width);
+    const auto surest = probability.begin() + std::ptrdiff_t(0.98 * double(probability.size() - 1));
     std::nth_element(probability.begin(), surest, probability.end());
-    if (*surest < LEAST_SURE)
+    const double p = std::clamp(double(*surest), 0.002473, 0.997527);
+    return std::log(p / (1 - p)) + CLEAR_TOP * clear_top;
+}
+
+void check_that_ground_is_shown(const Maps &maps, const Pose &pose) {
+    if (pose.everything() || maps.ground_probability.empty()) return;
+    if (evidence_of_ground(maps.ground_probability, maps.size) < LEAST_EVIDENCE)
         throw NoGroundPlane("no_ground",
                             "the picture shows no ground; use a picture that shows some, or give "
                             "the camera's height, pitch and roll");
@@ -73,7 +84,7 @@ Prediction make_prediction(Maps maps, const Camera &camera, Size image, double t
     result.pose = pose;
     if (result.maps.has_masks() && result.maps.has_depths()) {
         try {
-            check_that_ground_is_shown(result.maps.ground_probability, pose);
+            check_that_ground_is_shown(result.maps, pose);
             result.plane = std::make_shared<GroundPlane>(
                 find_ground_plane(result.maps.unmasked_ground_depth_m, result.masks.ground,
                                   result.maps.size, camera, pose));

@@ -20,10 +20,13 @@ from footprints_edge.geometry.ground_plane import GroundPlane
 
 CURVES_FILE = Path(__file__).with_name("confidence.json")
 
-GROUND_INPUTS = ("peak",)
+GROUND_INPUTS = ("peak", "clear_top")
 METRES_INPUTS = ("flatness", "agreement", "evenness", "area", "steepness")
 
 _LEAST_PX = 20
+
+_LEAST_SURE = 0.002473
+"""Nearer to 0 and 1, int8 probabilities are rounded: ln(p / (1 - p)) stays between -6 and 6."""
 
 
 @dataclass(frozen=True)
@@ -98,13 +101,19 @@ def ground_inputs(ground_probability: Floats) -> dict[str, float]:
 
     Returns:
         `peak`: how sure the network is of its surest ground, ln(p / (1 - p)) of the 98th percentile
-        p of S*, from -6 to 6. Area, nearness to the lower border and agreement of both depths were
-        tried beside it and tell nothing more.
+        p of S*, from -6 to 6; `clear_top`: 1 less the mean of S* over the upper quarter of the
+        picture, as a wall that looks like ground does so up to the upper border. Area, nearness to
+        the lower border, agreement of both depths, and how unsure the rest of the picture is, were
+        tried beside them and tell nothing more.
     """
     values = ground_probability.ravel()
     at = int(0.98 * (values.size - 1))
-    p = min(max(float(np.partition(values, at)[at]), 1e-6), 1 - 1e-6)
-    return {"peak": max(-6.0, min(6.0, math.log(p / (1 - p))))}
+    p = min(max(float(np.partition(values, at)[at]), _LEAST_SURE), 1 - _LEAST_SURE)
+    upper = ground_probability[: max(1, len(ground_probability) // 4)]
+    return {
+        "peak": math.log(p / (1 - p)),
+        "clear_top": 1 - float(upper.mean(dtype=np.float64)),
+    }
 
 
 def metres_inputs(

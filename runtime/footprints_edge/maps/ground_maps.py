@@ -70,6 +70,8 @@ class GroundMaps:
         pose: What is known of the camera's height, pitch and roll.
         robot_height_m: Height of the robot, metres: what stands between a step and this is an
             obstacle.
+        least_error_m: Least error of a fitted plane, metres: that of the picture's own, where maps
+            of several pictures that were laid onto their planes are blended.
     """
 
     maps: DecodedMaps
@@ -81,6 +83,7 @@ class GroundMaps:
     laid_onto: GroundPlane | None = None
     pose: CameraPose = field(default_factory=CameraPose)
     robot_height_m: float = ROBOT_HEIGHT_M
+    least_error_m: float = 0.0
 
     def __repr__(self) -> str:
         height, width = self.map_size
@@ -179,9 +182,10 @@ class GroundMaps:
                 "no_ground",
             )
         try:
-            return find_ground_plane(
+            plane = find_ground_plane(
                 self.unmasked_ground_depth_m, self.ground, self.intrinsics, self.pose
             )
+            return replace(plane, error_m=max(plane.error_m, self.least_error_m))
         except GroundPlaneError as error:
             return error
 

@@ -1,7 +1,7 @@
 """Temporal smoothing: each frame's maps are blended with the motion-compensated previous ones."""
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -115,6 +115,8 @@ class Tracker:
                 warped = warped / depth_ratio
             blend = _blend_depth if name.endswith("_m") else _blend
             smoothed[name] = blend(getattr(now, name), warped, where)
+        if now.laid_onto is not None and not now.pose.everything:
+            now = replace(now, least_error_m=now.laid_onto.error_m)
         return now.with_maps(laid_onto=None, **smoothed)
 
     def _warp(self, values: NDArray[Any], previous_xy: Floats) -> Floats:

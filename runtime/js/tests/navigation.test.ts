@@ -94,6 +94,17 @@ describe("a picture without ground", () => {
     expect(floor().showsGround).toBe(true);
   });
 
+  it("is a wall that looks like ground up to the upper border, unless that is very sure", () => {
+    const seen = ([upper, rest]: [number, number]) => {
+      const maps = floor();
+      const clear = maps.groundProbability.length / 4;
+      maps.groundProbability.fill(upper, 0, clear).fill(rest, clear);
+      return maps.showsGround;
+    };
+    const cases: [number, number][] = [[0.95, 0.95], [0.02, 0.95], [0.999, 0.999]];
+    expect(cases.map(seen)).toEqual([false, true, true]);
+  });
+
   it("has nothing drawn", () => {
     const { rgba, labels } = drawGround(unsure, { height: 10, width: 20 });
     expect([rgba.length, Math.max(...rgba), labels.length]).toEqual([800, 0, 0]);

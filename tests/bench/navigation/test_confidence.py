@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from footprints_edge.maps.confidence import Curve, Curves
+from footprints_edge.maps.confidence import METRES_INPUTS, Curve, Curves
 from footprints_edge_bench.navigation.confidence import (
     ConfidenceError,
     Example,
@@ -75,7 +75,7 @@ def examples():
             shows_ground=shows,
             called_ground=0.4 if shows else 0.1,
             has_plane=shows or index % 4 == 1,
-            ground={"peak": peak},
+            ground={"peak": peak, "clear_top": 1.0 if index % 8 != 3 else 0.1},
             ground_is_right=shows,
             metres=worth if shows else None,
             metres_are_right=bool(rng.random() < worth["flatness"]),
@@ -101,6 +101,35 @@ def test_the_gate_refuses_hardly_any_ground_and_most_of_the_rest(tmp_path):
     assert no_plane >= 90
     draw(scores, tmp_path / "diagram.png")
     assert (tmp_path / "diagram.png").stat().st_size > 5000
+
+
+def test_walls_that_look_like_ground_to_the_top_are_refused_without_refusing_floors():
+    def picture(index, peak, clear_top, shows):
+        return Example(
+            "rooms" if shows else "walls",
+            for_fit=index % 2 == 0,
+            shows_ground=shows,
+            called_ground=0.5,
+            has_plane=True,
+            ground={"peak": peak, "clear_top": clear_top},
+            ground_is_right=shows,
+            metres=dict.fromkeys(METRES_INPUTS, float(index % 7)) if shows else None,
+            metres_are_right=index % 14 < 7,
+        )
+
+    rng = np.random.default_rng(2)
+    rooms = [picture(i, float(rng.normal(4, 1)), 1.0, True) for i in range(300)]
+    above = [picture(i, 6.0, 0.2, True) for i in range(20)]  # by a camera that looks down
+    walls = [picture(i, float(rng.normal(3, 0.5)), 0.2, False) for i in range(100)]
+    clear = [picture(i, float(rng.normal(-2, 0.5)), 1.0, False) for i in range(100)]
+    found = fit([*rooms, *above, *walls, *clear])
+
+    def refused(pictures):
+        values = [found.ground.at(each.ground) for each in pictures if not each.for_fit]
+        return np.mean(np.array(values) < found.least_ground)
+
+    assert refused(walls) >= 0.95 and refused(clear) == 1
+    assert refused(rooms) <= 0.05 and refused(above) == 0
 
 
 def test_the_file_of_curves_reads_back(monkeypatch, tmp_path):

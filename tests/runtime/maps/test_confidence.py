@@ -21,7 +21,7 @@ SIZE = (96, 128)
 CAMERA = Intrinsics(100, 100, 63.5, 47.5)
 
 
-def floor(probability=0.98, noise=0.0, scale=1.0):
+def floor(probability=0.998, noise=0.0, scale=1.0):
     """A floor 1.5 m below a camera that looks down by 45 degrees: all of the picture."""
     down = ((np.arange(SIZE[0]) - CAMERA.cy) / CAMERA.fy + 1) / math.sqrt(2)
     depth_m = np.repeat((1.5 / down)[:, None], SIZE[1], axis=1)
@@ -63,7 +63,7 @@ def test_nothing_is_drawn_where_there_is_no_ground():
 
 
 def test_the_birds_eye_view_says_why_it_is_empty():
-    empty, full = (np.asarray(draw_bev(floor(p), 240)).astype(int) for p in (0.6, 0.98))
+    empty, full = (np.asarray(draw_bev(floor(p), 240)).astype(int) for p in (0.6, 0.998))
     upper = slice(40, 80)
     assert (empty[upper, 20:220].min(axis=-1) > 200).sum() > 100  # letters
     assert (empty[120:200] == full[120:200]).mean() < 0.9
@@ -94,6 +94,15 @@ def test_laying_the_ground_onto_its_plane_makes_it_no_more_certain():
     rough = floor(noise=0.05)
     assert rough.flattened().laid_onto is not None
     assert rough.flattened().confidence == rough.confidence
+
+
+def test_ground_up_to_the_top_of_the_picture_must_be_surer():
+    """A wall that fills the picture looks like paving from above; a floor ends below a wall."""
+    unsure = floor(0.95).maps.ground_probability
+    ends = np.where(np.arange(SIZE[0])[:, None] < SIZE[0] // 4, np.float32(0.02), unsure)
+    assert not floor(0.95).shows_ground
+    assert floor(0.95).with_maps(ground_probability=ends).shows_ground
+    assert floor(0.998).shows_ground
 
 
 def test_the_curves_rise_with_every_input():

@@ -15,7 +15,7 @@ import ros2_stand_in
 from bags import K, Messages, picture, stamp_of
 
 import footprints_edge as fp
-from footprints_edge.ros.ground_messages import TOPICS, grid_message
+from footprints_edge.ros.ground_messages import TOPICS, grid_message, scan_message
 from footprints_edge.ros.messages import Header, Time
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "ros2"
@@ -85,6 +85,21 @@ def test_parameters_give_the_pose_and_the_frame(node):
     assert math.hypot(t.x, t.y, t.z) == pytest.approx(0.9)
 
 
+def test_the_height_of_the_robot_decides_what_is_an_obstacle(node, tiny):
+    camera = fp.Intrinsics(K[0], K[4], K[2], K[5])
+    scans = []
+    for height_m in (0.3, 2.0):
+        started = node(robot_height_m=height_m)
+        send(started, "camera_info", Messages(2).camera_info(4), node.get_message)
+        send(started, "image", Messages(2).image(4), node.get_message)
+        (scan,) = started.publishers[TOPICS["scan"]].sent
+        prediction = tiny.predict(picture(4), intrinsics=camera, robot_height_m=height_m)
+        wanted = scan_message(prediction.scan(np.arange(-90.0, 91.0)), Header(Time(0, 0), ""))
+        assert np.array_equal(scan.ranges, wanted.ranges, equal_nan=True)
+        scans.append(scan.ranges)
+    assert not np.array_equal(*scans, equal_nan=True)
+
+
 def test_a_bad_message_is_said_and_the_next_one_is_done(node):
     started = node()
     info = Messages(2).camera_info(0, d=(1.0, 2.0))
@@ -108,7 +123,8 @@ def test_the_launch_file_starts_the_node_with_its_own_parameters(monkeypatch):
     started = next(a for a in actions if "footprints_node.py" in str(a.named.get("cmd")))
     command = started.named["cmd"]
     given = [(flag, words[0]) for flag, words in zip(command[3::2], command[4::2], strict=True)]
-    declared = {"camera_height_m", "pitch_deg", "roll_deg", "ground_frame", "hidden", "rectified"}
+    declared = {"camera_height_m", "pitch_deg", "roll_deg", "robot_height_m", "ground_frame"}
+    declared |= {"hidden", "rectified"}
     assert {name for flag, name in given if flag == "-p"} == declared
     assert {name for flag, name in given if flag == "-r"} == {"image", "camera_info"}
 

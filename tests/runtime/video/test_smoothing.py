@@ -129,6 +129,21 @@ def test_the_ground_plane_is_that_of_the_smoothed_depth():
     assert np.std(heights_m["smoothed"][4:]) < 0.6 * np.std(heights_m["raw"][4:])
 
 
+def test_smoothing_makes_metres_no_more_certain():
+    """The depth that it blends was laid onto planes, and so lies on one."""
+    rng = np.random.default_rng(4)
+    tracker = Tracker()
+    for step in range(4):
+        expected = exact(step)
+        noise = np.exp(rng.normal(0, 0.1, SIZE)).astype(np.float32)
+        rough = expected.with_maps(
+            unmasked_ground_depth_m=expected.unmasked_ground_depth_m * noise
+        ).flattened()
+        smoothed = tracker.update(rough)
+        assert smoothed.confidence.metres <= rough.confidence.metres + 0.03
+    assert rough.confidence.metres < exact(3).confidence.metres - 0.1
+
+
 def test_a_cut_resets_the_smoothing():
     tracker = Tracker()
     for step in range(4):

@@ -9,8 +9,8 @@ import { findGroundPlane, GroundPlane } from "../geometry/ground-plane.ts";
 import type { DecodedMaps } from "./decode.ts";
 import { resizeDepth, resizeMap } from "./resize.ts";
 
-/** A picture shows ground if this quantile of the probability of it is at least so high. */
-const [SURE, LEAST_SURE] = [0.98, 0.8472];
+/** Weight of a clear top, and the least evidence of ground: docs/porting-metres.md of the project. */
+const [CLEAR_TOP, LEAST_EVIDENCE] = [3.000, 4.697];
 
 /** The model that made a prediction. */
 export interface ModelInfo {
@@ -116,7 +116,7 @@ export class GroundMaps implements GroundMapsData {
    * those of the network, thresholded.
    */
   get showsGround(): boolean {
-    return (this.#showsGround ??= quantile(this.groundProbability, SURE) >= LEAST_SURE);
+    return (this.#showsGround ??= evidenceOfGround(this.groundProbability, this.mapSize) >= LEAST_EVIDENCE);
   }
 
   /**
@@ -169,9 +169,13 @@ export class GroundMaps implements GroundMapsData {
   }
 }
 
-/** The value below which this share of all lies. */
-function quantile(values: Float32Array, share: number): number {
-  return select(Float64Array.from(values), Math.floor(share * (values.length - 1)));
+/** How sure the surest ground is, and how little of it reaches the upper border, as walls do. */
+function evidenceOfGround(probability: Float32Array, { height, width }: Size): number {
+  const surest = select(Float64Array.from(probability), Math.floor(0.98 * (probability.length - 1)));
+  const p = Math.min(Math.max(surest, 0.002473), 0.997527);
+  const upper = probability.subarray(0, Math.max(1, height >> 2) * width);
+  const clearTop = 1 - upper.reduce((sum, each) => sum + each, 0) / upper.length;
+  return Math.log(p / (1 - p)) + CLEAR_TOP * clearTop;
 }
 
 function above(probability: Float32Array, threshold: number): Mask {
