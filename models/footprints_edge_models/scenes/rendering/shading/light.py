@@ -93,15 +93,15 @@ def light_on(
         shares[-3, cells[lit]] = ~solids.blocked(points_asked[:, lit].T, directions.T, reach)
     gains = lamp_gains(lamps, surface.points, normals)
     shares[-2, cells] = _lamps_seen(lamps, gains[:, asked], solids, points_asked, dice[2], rng)
-    shares, keys = shares.reshape(-1, *traced), surface_keys(surface).reshape(size)
+    traced_shares, keys = shares.reshape(-1, *traced), surface_keys(surface).reshape(size)
     if second is None:
-        smooth = means(with_neighbours(with_neighbours(shares, keys, 1), keys, 3))
+        smooth = means(with_neighbours(with_neighbours(traced_shares, keys, 1), keys, 3))
         is_open, in_sun, by_lamps = smooth.reshape(3, -1)
         light = _ambient(scene, normals, is_open)
     else:
         met = surface.met.reshape(size)[::2, ::2]
         coarse = np.where(met, keys[::2, ::2], -1)
-        every = refined(_calmed(shares, coarse), coarse, keys).reshape(5, -1)
+        every = refined(_calmed(traced_shares, coarse), coarse, keys).reshape(5, -1)
         light, in_sun, by_lamps = every[:3], every[3], every[4]
     if lamps:
         light += (lamp_hues(lamps) @ gains) * by_lamps
