@@ -78,8 +78,6 @@ FILES: dict[str, tuple[str, Callable[[Path], object]]] = {
     "progressive JPEG": ("a.jpg", with_pillow("RGB", SIDE, quality=10, progressive=True)),
 }
 IN_MEMORY = ("array", "pillow", "grid")
-FOLDER = "folder of RGB PNGs"
-"""Four of them, on four threads."""
 
 
 def peak_bytes(command: list[str]) -> int:
@@ -102,21 +100,15 @@ def peak_bytes(command: list[str]) -> int:
 def main() -> int:
     """Prints a line for each kind."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    kinds = sys.argv[1:] or [*FILES, FOLDER, *IN_MEMORY]
+    kinds = sys.argv[1:] or [*FILES, *IN_MEMORY]
     worst = 0
     for kind in kinds:
         with tempfile.TemporaryDirectory(prefix="fp-large-") as folder:
-            formats = ["--format", "overlay,npz,png16,json,ply", "--bev", "-q"]
-            infer = ["-m", "footprints_edge", *formats, "-o", str(Path(folder, "out"))]
             if kind in FILES:
                 name, write = FILES[kind]
                 write(Path(folder, name))
-                command = [*infer, str(Path(folder, name))]
-            elif kind == FOLDER:
-                Path(folder, "0.png").write_bytes(png(8, 2, 3))
-                for name in ("1.png", "2.png", "3.png"):
-                    Path(folder, name).hardlink_to(Path(folder, "0.png"))
-                command = [*infer, folder, "--threads", "4"]
+                formats = ["--format", "overlay,npz,png16,json,ply", "--bev", "-q", "-o", folder]
+                command = ["-m", "footprints_edge", str(Path(folder, name)), *formats]
             else:
                 command = ["-c", _IN_MEMORY, kind, str(SIDE), folder]
             peak = peak_bytes([sys.executable, *command])

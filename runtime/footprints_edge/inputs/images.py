@@ -4,7 +4,6 @@ import io
 import math
 import os
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import import_module
@@ -18,7 +17,6 @@ from footprints_edge.errors import ImageError
 from footprints_edge.foundation.computed_once import computed_once
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.inputs.damaged_files import lost_share, too_much_lost, with_end, without_notes
-from footprints_edge.inputs.decoding_room import DecodingRoom
 from footprints_edge.inputs.foreign_files import is_avif, is_heif, raw_reason, raw_tiff_reason
 from footprints_edge.inputs.lens import Lens, read_lens
 from footprints_edge.inputs.pillow_warnings import without_pillow_warnings
@@ -46,9 +44,6 @@ _WHOLE_PX = 32_000_000
 would be in memory five times on their way to an array."""
 
 _STRIP_PX = 2**22
-
-_ROOM = DecodingRoom(MAX_JPEG_PIXELS)
-"""Taken by pictures whose decoders hold all their pixels, however few are wanted."""
 
 ImageSource: TypeAlias = (
     "str | os.PathLike[str] | bytes | BinaryIO | Image.Image | Rgb | DecodedImage"
@@ -361,12 +356,6 @@ class _Upright:
 
 def _upright(image: Image.Image, label: str, least: Size | None = None) -> _Upright:
     """Decodes an opened image, at a reduced size if `least` (h, w) allows it."""
-    in_rows = image.format in _REDUCIBLE and not image.info.get("progressive")
-    with nullcontext() if in_rows and least else _ROOM.taken(math.prod(image.size)):
-        return _loaded_upright(image, label, least)
-
-
-def _loaded_upright(image: Image.Image, label: str, least: Size | None) -> _Upright:
     try:
         if image.format == "TIFF" and (reason := raw_tiff_reason(getattr(image, "tag_v2", None))):
             raise ImageError(f"it {reason}")
