@@ -9,9 +9,8 @@ The public names load on first use, so ``import footprints_edge`` is cheap.
 """
 
 import os
-from importlib import import_module
-from typing import TYPE_CHECKING
 
+TYPE_CHECKING = False  # type checkers take it for True; `typing` would be most of this import
 if TYPE_CHECKING:
     from footprints_edge.errors import BagError as BagError
     from footprints_edge.errors import CameraPoseError as CameraPoseError
@@ -83,6 +82,8 @@ def __getattr__(name: str) -> object:
     """Imports the public name's module on first use (PEP 562)."""
     if name not in _HOME_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
     value: object = getattr(import_module(f"{__name__}.{_HOME_OF[name]}"), name)
     globals()[name] = value
     return value

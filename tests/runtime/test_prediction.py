@@ -48,6 +48,11 @@ def test_at_image_size_everything_has_the_pictures_size():
     assert result.at_image_size() is result
 
 
+def test_maps_larger_than_any_picture_are_refused():
+    with pytest.raises(ValueError, match="give a smaller size"):
+        prediction_of(np.full((4, 4), 3, np.float32), (4, 4)).at_size((10**6, 10**6))
+
+
 def test_probabilities_are_resized_before_the_threshold():
     probability = np.repeat(np.float32([[0.0, 0.0, 0.8, 0.8]]), 4, 0)
     depth_m = np.full((4, 4), 3, np.float32)

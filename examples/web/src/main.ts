@@ -54,9 +54,11 @@ function inTurn(job: () => Promise<void>): Promise<void> {
 // --- results
 
 async function analysePhoto(): Promise<void> {
-  if (!analyst || !photo) return;
-  const result = await analyst.analyse(taskOf(photo, PHOTO_PX));
-  photo.picture = result.picture;
+  if (!photo) return;
+  const given = photo;
+  photo = null; // handed over: where that fails, it is lost
+  const result = await (await ready()).analyse(taskOf(given, PHOTO_PX));
+  photo = { ...given, picture: result.picture };
   show(result);
   showSpeed(`${result.totalMs.toFixed(0)} ms`);
   say(describeGround(result));
@@ -108,7 +110,7 @@ function showReading(): void {
 
 async function setGoal(place: Point | null): Promise<void> {
   goal = place;
-  if (!goal || !analyst || !analysis) {
+  if (!goal || !analyst || analyst.ended || !analysis) {
     showPath(null);
     showReading();
     return;
@@ -172,8 +174,8 @@ async function film(running: Camera): Promise<void> {
   while (camera === running && !running.ended) {
     const picture = await running.nextFrame();
     await inTurn(async () => {
-      if (camera !== running || !analyst) return;
-      const result = await analyst.analyse(taskOf({ picture, lens: null }, FILM_PX));
+      if (camera !== running) return;
+      const result = await (await ready()).analyse(taskOf({ picture, lens: null }, FILM_PX));
       photo = { picture: result.picture, lens: null }; // the last frame stays when it stops
       show(result);
       finished.push(performance.now());
@@ -203,6 +205,12 @@ function stopCamera(): void {
 }
 
 // --- engines
+
+/** The worker; a new one where none could be started, or where it has ended. */
+async function ready(): Promise<Analyst> {
+  if (!analyst || analyst.ended) analyst = await Analyst.start(analyst?.engine ?? "wasm");
+  return analyst;
+}
 
 async function useEngine(engine: Engine): Promise<void> {
   await inTurn(async () => {
@@ -370,7 +378,8 @@ async function start(): Promise<void> {
   void offerWebGpu();
   const example = fetch(roomUrl).then((response) => response.blob());
   const loaded = useEngine("wasm");
-  await showPhoto(await example, "The example picture");
+  const room = await example.catch(() => null);
+  if (room) await showPhoto(room, "The example picture");
   await loaded;
   cameraButton.disabled = fileInput.disabled = false;
   if (import.meta.env.PROD) {

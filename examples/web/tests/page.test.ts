@@ -1,5 +1,7 @@
 /** What a visitor meets. */
 
+import { crc32, deflateSync } from "node:zlib";
+
 import type { Prediction } from "footprints-edge";
 import { afterAll, afterEach, beforeAll, describe, expect, inject, it } from "vitest";
 
@@ -23,6 +25,25 @@ async function comeBack({ page }: Visit): Promise<void> {
   await page.evaluate(() => navigator.serviceWorker.ready);
   await page.waitForFunction(() => navigator.serviceWorker.controller !== null);
   await page.reload();
+}
+
+/** A black PNG of so many pixels along each side, a bit a pixel. */
+function blackPng(side: number): Buffer {
+  const chunk = (kind: string, data: Buffer) => {
+    const body = Buffer.concat([Buffer.from(kind, "latin1"), data]);
+    const whole = Buffer.alloc(body.length + 8);
+    whole.writeUInt32BE(data.length, 0);
+    body.copy(whole, 4);
+    whole.writeUInt32BE(crc32(body), body.length + 4);
+    return whole;
+  };
+  const head = Buffer.alloc(13);
+  head.writeUInt32BE(side, 0);
+  head.writeUInt32BE(side, 4);
+  head.writeUInt8(1, 8);
+  const rows = deflateSync(Buffer.alloc((1 + Math.ceil(side / 8)) * side));
+  const start = Buffer.from("\x89PNG\r\n\x1a\n", "latin1");
+  return Buffer.concat([start, chunk("IHDR", head), chunk("IDAT", rows), chunk("IEND", Buffer.alloc(0))]);
 }
 
 const PHONE = { width: 360, height: 800, touch: true };
@@ -67,6 +88,23 @@ describe("a first visit", () => {
       expect(box.y + box.height).toBeLessThanOrEqual(size.height);
       expect(box.height).toBeGreaterThanOrEqual(44);
     }
+  });
+});
+
+describe("a visit whose network fails", () => {
+  afterEach(() => visit.end());
+
+  it("says what does not start, and starts it with the next photo", async () => {
+    visit = await Visit.begin();
+    const { page } = visit;
+    const lost = /\.(onnx|jpg)$/;
+    await page.context().route(lost, (route) => route.abort());
+    await page.goto(inject("isolatedUrl"));
+    expect(await visit.says("#notice", /./)).toMatch(/does not start on this device: .*fetch/);
+    await page.context().unroute(lost);
+    await page.setInputFiles("#file", fixturePath("upright.png"));
+    await visit.resultCount(1);
+    expect(await page.isVisible("#notice")).toBe(false);
   });
 });
 
@@ -161,6 +199,37 @@ describe("on a desk without a camera", () => {
     expect(await visit.says("#notice", /./)).toContain("a.jpg is not a picture");
     await page.setInputFiles("#file", fixturePath("room.jpg"));
     await visit.resultCount(before + 1);
+    expect(await page.isVisible("#notice")).toBe(false);
+  });
+
+  it("takes a photo of 144 megapixels, or says why not, and goes on", async () => {
+    const { page } = visit;
+    const before = await visit.results();
+    await page.setInputFiles("#file", { name: "a.png", mimeType: "image/png", buffer: blackPng(12000) });
+    await page.waitForFunction(
+      (count) =>
+        (globalThis as unknown as { results: unknown[] }).results.length > count ||
+        /smaller|cannot|can read/.test(document.querySelector("#notice")!.textContent!),
+      before,
+      { timeout: 50_000 * PATIENCE },
+    );
+    const shown = await visit.results();
+    await page.setInputFiles("#file", fixturePath("room.jpg"));
+    await visit.resultCount(shown + 1);
+    expect(await page.isVisible("#notice")).toBe(false);
+  });
+
+  it("starts another worker where one has ended", async () => {
+    const { page } = visit;
+    const analyst = () => page.workers().find((worker) => /analyst/.test(worker.url()))!;
+    const shown = await visit.results();
+    await analyst().evaluate(() => {
+      self.onmessage = () => self.close();
+    });
+    await page.setInputFiles("#file", fixturePath("room.jpg"));
+    expect(await visit.says("#notice", /./)).toMatch(/more memory than there is/);
+    await page.setInputFiles("#file", fixturePath("room.jpg"));
+    await visit.resultCount(shown + 1);
     expect(await page.isVisible("#notice")).toBe(false);
   });
 

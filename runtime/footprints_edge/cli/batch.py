@@ -110,6 +110,6 @@ def _refuse_sharing(targets: Iterable[Path], made_from: Mapping[Path, InputImage
     for path in targets:
         if path in made_from:
             raise OutputError(
-                f"its result {path} is also that of {made_from[path].label}; "
+                f"its result {path} is that of {made_from[path].label} as well; "
                 "run the two with different -o folders"
             )

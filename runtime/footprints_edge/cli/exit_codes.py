@@ -4,6 +4,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Annotated
 
@@ -40,6 +41,11 @@ def explained(extra: str | None = None) -> Iterator[None]:
 
         complain(f"Error: this needs the package {error.name}; {install_hint(extra)}")
         raise typer.Exit(USAGE) from None
+    except ImportError as error:
+        if not (error.path or "").endswith(tuple(EXTENSION_SUFFIXES)):
+            raise
+        complain(f"Error: a library cannot be loaded: {error}")  # such as for want of memory
+        raise typer.Exit(SOME_FAILED) from None
     except KeyboardInterrupt:
         raise typer.Exit(INTERRUPTED) from None
     except MemoryError:

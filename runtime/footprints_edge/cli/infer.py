@@ -1,7 +1,6 @@
 """The command `fp-infer`: parses options and runs the model on pictures and videos."""
 
 import sys
-import warnings
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -186,7 +185,6 @@ def infer(
         from footprints_edge.geometry.camera_pose import CameraPose
         from footprints_edge.model_files.registry import resolve
 
-        warnings.filterwarnings("ignore", module=r"PIL\.")  # serious problems raise ImageError
         camera = CameraOptions(
             _camera(fx, fy, cx, cy, hfov, camera_file), CameraPose(camera_height, pitch, roll)
         )

@@ -129,7 +129,7 @@ def _standard_input() -> bytes:
     if not data:
         raise ImageError("standard input is empty; pipe a picture into it")
     if len(data) > MAX_BYTES:
-        raise ImageError(f"standard input: larger than {MAX_BYTES} bytes; is it a picture?")
+        raise ImageError(f"standard input: longer than {MAX_BYTES} bytes; is it a picture?")
     return data
 
 

@@ -3,7 +3,9 @@
 A second passes until everything is imported, and Ctrl-C in that second is Ctrl-C, too.
 """
 
+import atexit
 import codecs
+import gc
 import os
 import signal
 import sys
@@ -24,9 +26,16 @@ def start(module: str) -> None:
         number = getattr(signal, name)
         if signal.getsignal(number) in {signal.SIG_DFL, signal.default_int_handler}:
             signal.signal(number, _interrupt)
+    # What modules are made of lives to the end: to look for garbage in it, while it is imported or
+    # when the process ends, would be a fifth of `--help`.
+    gc.disable()
+    atexit.register(gc.freeze)
     try:
         prepare_streams()
-        _imported(module).main()
+        main = _imported(module).main
+        gc.freeze()
+        gc.enable()
+        main()
     except BaseException:
         # whatever it has become on its way: C extensions make an ImportError of it
         if _interrupted:

@@ -60,6 +60,8 @@ class Intrinsics:
         for name in ("fx", "fy", "cx", "cy"):
             try:
                 value = float(getattr(self, name))
+            except OverflowError:  # an integer that no float can hold
+                value = math.inf
             except (TypeError, ValueError) as error:
                 raise IntrinsicsError(
                     f"{name} is {getattr(self, name)!r}; give it as a finite number of pixels"

@@ -144,17 +144,18 @@ class GroundPlane:
             float64 (..., 2): x and y in pixels, not clipped to the picture; NaN behind the camera.
         """
         axes = self.axes
-        points = places_m @ axes[:2] - self.camera_height_m * axes[2]
-        depth_m = points[..., 2]
-        ahead = depth_m > 1e-6
-        scale = np.where(ahead, 1 / np.where(ahead, depth_m, 1), np.nan)
-        return np.stack(
-            [
-                intrinsics.cx + intrinsics.fx * points[..., 0] * scale,
-                intrinsics.cy + intrinsics.fy * points[..., 1] * scale,
-            ],
-            axis=-1,
-        )
+        with np.errstate(over="ignore", invalid="ignore"):  # of places that no number holds
+            points = places_m @ axes[:2] - self.camera_height_m * axes[2]
+            depth_m = points[..., 2]
+            ahead = depth_m > 1e-6
+            scale = np.where(ahead, 1 / np.where(ahead, depth_m, 1), np.nan)
+            return np.stack(
+                [
+                    intrinsics.cx + intrinsics.fx * points[..., 0] * scale,
+                    intrinsics.cy + intrinsics.fy * points[..., 1] * scale,
+                ],
+                axis=-1,
+            )
 
 
 def find_ground_plane(

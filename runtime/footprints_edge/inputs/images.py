@@ -19,6 +19,7 @@ from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.inputs.damaged_files import lost_share, too_much_lost, with_end, without_notes
 from footprints_edge.inputs.foreign_files import is_avif, is_heif, raw_reason, raw_tiff_reason
 from footprints_edge.inputs.lens import Lens, read_lens
+from footprints_edge.inputs.pillow_warnings import without_pillow_warnings
 
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
 """Decoders that an input may reach: Pillow's other decoders only add attack surface."""
@@ -90,7 +91,7 @@ class ReducibleFile:
         Raises:
             ImageError: If the file is damaged.
         """
-        with _opened(self.data, self.label) as image:
+        with without_pillow_warnings(), _opened(self.data, self.label) as image:
             return _upright(image, self.label, least).pixels
 
 
@@ -232,6 +233,7 @@ def _read(path: Path) -> bytes:
         raise ImageError(f"{path!s} cannot be read: {error}") from error
 
 
+@without_pillow_warnings()
 def _from_bytes(
     data: bytes, path: Path | None, label: str, least_size: Callable[[Size], Size] | None
 ) -> DecodedImage:
@@ -324,6 +326,7 @@ def _stored_end_last(picture: DecodedImage) -> Rgb:
     return max(turns, key=lost_share)
 
 
+@without_pillow_warnings()
 def _from_pillow(image: Image.Image, path: Path | None, label: str) -> DecodedImage:
     if not path or image.format not in _REDUCIBLE:
         _check_size((image.height, image.width), label)

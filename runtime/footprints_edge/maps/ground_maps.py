@@ -15,7 +15,7 @@ from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.camera_pose import CameraPose
 from footprints_edge.geometry.ground_plane import GroundPlane, find_ground_plane
 from footprints_edge.geometry.obstacle_heights import ROBOT_HEIGHT_M
-from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.inputs.images import MAX_JPEG_PIXELS, DecodedImage
 from footprints_edge.maps.confidence import Confidence, curves, ground_inputs, metres_inputs
 from footprints_edge.maps.decode import DecodedMaps
 from footprints_edge.maps.resize import resize_depth, resize_map
@@ -280,9 +280,18 @@ class GroundMaps:
 
         Args:
             size: (h, w) of the new maps.
+
+        Raises:
+            ValueError: If the size is not positive, or larger than that of any picture.
         """
         if size == self.map_size:
             return self
+        height, width = size
+        if height * width > MAX_JPEG_PIXELS:
+            raise ValueError(
+                f"maps of {width} x {height} pixels; no picture has more than "
+                f"{MAX_JPEG_PIXELS / 1e6:.0f} million: give a smaller size"
+            )
         resized = {
             name: (resize_depth if name.endswith("_m") else resize_map)(self._map(name), size)
             for name in MAPS

@@ -40,13 +40,17 @@ class PredictionIterator(Generic[ResultT]):
         self._ahead = 2 * workers
         # Daemons: an item that never ends, such as a pipe that nobody writes to, must not keep the
         # program from ending.
-        self._threads = [
-            Thread(target=_work, args=(predict, self._given), daemon=True) for _ in range(workers)
-        ]
+        self._threads: list[Thread] = []
+        self._predict = predict
         _join_at_exit_if_not_yet()
-        for thread in self._threads:
+        for _ in range(workers):
+            thread = Thread(target=_work, args=(predict, self._given), daemon=True)
+            try:
+                thread.start()
+            except RuntimeError:  # no more are to be had, such as within `ulimit -u`
+                break
             _queues[thread] = self._given
-            thread.start()
+            self._threads.append(thread)
         # when nobody takes the rest
         self._no_more = finalize(self, _drop, self._given, workers)
 
@@ -65,6 +69,9 @@ class PredictionIterator(Generic[ResultT]):
             self._ahead = 0
         if not self._pending:
             raise StopIteration
+        if not self._threads:
+            self._given.put(None)
+            _work(self._predict, self._given)
         # taken off after the wait: what Ctrl-C interrupts is still there
         wait([self._pending[0]])
         return self._pending.popleft().result()

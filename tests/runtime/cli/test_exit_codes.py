@@ -1,7 +1,9 @@
+from importlib.machinery import EXTENSION_SUFFIXES
+
 import pytest
 import typer
 
-from footprints_edge.cli.exit_codes import INTERRUPTED, MODEL_PROBLEM, USAGE, explained
+from footprints_edge.cli.exit_codes import INTERRUPTED, MODEL_PROBLEM, SOME_FAILED, USAGE, explained
 from footprints_edge.errors import ImageError, ModelError
 
 
@@ -12,6 +14,11 @@ from footprints_edge.errors import ImageError, ModelError
         (ImageError("no such picture"), USAGE, "Error: no such picture\n"),
         (OSError("disk full"), USAGE, "Error: disk full\n"),
         (KeyboardInterrupt(), INTERRUPTED, ""),
+        (
+            ImportError("failed to map segment", path=f"/lib/x{EXTENSION_SUFFIXES[0]}"),
+            SOME_FAILED,
+            "Error: a library cannot be loaded: failed to map segment\n",
+        ),
     ],
 )
 def test_errors_become_a_message_and_an_exit_code(error, code, says, capsys):

@@ -75,7 +75,8 @@ def test_the_centre_stays_the_centre_when_scaled():
 
 
 @pytest.mark.parametrize(
-    "values", [(0, 1, 0, 0), (1, -1, 0, 0), (math.nan, 1, 0, 0), (1, 1, math.inf, 0)]
+    "values",
+    [(0, 1, 0, 0), (1, -1, 0, 0), (math.nan, 1, 0, 0), (1, 1, math.inf, 0), (1, 1, 10**400, 0)],
 )
 def test_impossible_cameras_are_refused(values):
     with pytest.raises(IntrinsicsError, match="pixels"):

@@ -262,6 +262,8 @@ def test_invalid_ends_are_named():
         prediction.plan((20, 90), (128, 90))
     with pytest.raises(OutsideError, match="start"):
         prediction.plan((-3, 0), (2, 0), unit="m")
+    with np.errstate(over="raise"), pytest.raises(OutsideError, match="outside the picture"):
+        prediction.plan((1e308, -1e308), (2, 0), unit="m")
 
 
 @pytest.mark.parametrize(

@@ -171,6 +171,11 @@ def test_a_failing_write_leaves_the_old_file_and_no_other(saved, moment, monkeyp
     assert {path: path.read_bytes() for path in folder.iterdir()} == before
 
 
+def test_a_folder_that_can_have_no_name_is_explained(tiny, picture):
+    with pytest.raises(OutputError, match="cannot write"):
+        tiny.predict(picture).save("a\0b", ["json"], name="t")
+
+
 def test_a_file_in_place_of_the_folder_is_explained(tiny, picture, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot write"):

@@ -3,6 +3,7 @@ import threading
 
 import pytest
 
+from footprints_edge.parallel import in_order
 from footprints_edge.parallel.in_order import PredictionIterator
 
 
@@ -59,3 +60,26 @@ def test_threads_end_when_nobody_takes_the_rest():
     for thread in ours:
         thread.join(20)
     assert not any(thread.is_alive() for thread in ours)
+
+
+@pytest.mark.parametrize("most", [0, 1])
+def test_where_no_more_threads_are_to_be_had_those_that_are_do_the_work(most, monkeypatch):
+    begun = []
+
+    class Scarce(threading.Thread):
+        def start(self):
+            if len(begun) == most:
+                raise RuntimeError("can't start new thread")
+            begun.append(self)
+            super().start()
+
+    def ratio(number):
+        return number / (number - 3)
+
+    monkeypatch.setattr(in_order, "Thread", Scarce)
+    results = PredictionIterator(ratio, range(8), 3)
+    assert [next(results) for _ in range(3)] == [0, -1 / 2, -2]
+    with pytest.raises(ZeroDivisionError):
+        next(results)
+    assert list(results) == [4, 5 / 2, 2, 7 / 4]
+    in_order._join_all()

@@ -9,12 +9,17 @@ type ReplyOf<K extends Kind> = Extract<Reply, { kind: K }>;
 
 /** A worker with a loaded model. */
 export class Analyst {
+  /** Held by the worker as long as it lives: nothing else tells that one has ended for want of memory. */
+  private readonly lock = `analyst ${Math.random()}`;
   private readonly worker = new Worker(new URL("../workers/analyst.ts", import.meta.url), {
     type: "module",
+    name: this.lock,
   });
   private readonly waiting = new Map<number, (reply: Reply) => void>();
   private asked = 0;
   threads: number | null = null;
+  /** Whether the worker is gone. */
+  ended = false;
 
   private constructor(readonly engine: Engine) {
     this.worker.onmessage = ({ data: { id, reply } }: MessageEvent<Replied>) => {
@@ -22,10 +27,13 @@ export class Analyst {
       this.waiting.delete(id);
     };
     this.worker.onerror = ({ message }) => {
-      const reply: Reply = { kind: "failed", message: message || "the worker did not start" };
-      for (const answer of this.waiting.values()) answer(reply);
-      this.waiting.clear();
+      this.fail(message || "the worker did not start");
     };
+  }
+
+  private fail(message: string): void {
+    for (const answer of this.waiting.values()) answer({ kind: "failed", message });
+    this.waiting.clear();
   }
 
   /**
@@ -37,6 +45,10 @@ export class Analyst {
     const analyst = new Analyst(engine);
     try {
       const { threads } = await analyst.ask({ kind: "start", engine }, "started");
+      void navigator.locks?.request(analyst.lock, () => {
+        analyst.ended = true;
+        analyst.fail("Looking at the picture took more memory than there is. Choose a smaller photo.");
+      });
       return Object.assign(analyst, { threads });
     } catch (error) {
       analyst.stop();

@@ -20,6 +20,7 @@ self.onmessage = async ({ data: { id, request } }: MessageEvent<Asked>) => {
 async function answer(request: Request): Promise<Reply> {
   switch (request.kind) {
     case "start":
+      void navigator.locks?.request(self.name, () => new Promise(() => {}));
       model = await loadModel(request.engine);
       return { kind: "started", threads: model.engine.threads };
     case "analyse":
