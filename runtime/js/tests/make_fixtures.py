@@ -9,6 +9,7 @@ import io
 import json
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,7 @@ RESIZES: tuple[tuple[Size, Size], ...] = (
     ((1, 1), (64, 64)),
 )
 SIZES = ((720, 1280), (1280, 720), (480, 640), (1000, 1000), (300, 4000), (33, 47), (1, 9000))
-LENSES: dict[str, dict[str, object]] = {
+LENSES: dict[str, dict[str, Any]] = {
     "zoomed": {"focal": 26, "zoom": 2.5},
     "zoomed-by-an-iphone": {"focal": 26, "zoom": 2.5, "maker": "Apple"},
     "zoomed-impossibly": {"focal": 26, "zoom": 500.0},
