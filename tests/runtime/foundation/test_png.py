@@ -7,7 +7,7 @@ from PIL import Image
 from footprints_edge.foundation.png import encode_png
 
 
-@pytest.mark.parametrize("size", [(1, 1), (1, 7), (5, 1), (33, 47)])
+@pytest.mark.parametrize("size", [(1, 1), (1, 7), (5, 1), (33, 47), (150, 3)])
 @pytest.mark.parametrize("kind", ["RGB", "L", "I;16"])
 def test_another_decoder_gives_the_picture_back(kind, size):
     rng = np.random.default_rng(0)
@@ -20,6 +20,7 @@ def test_another_decoder_gives_the_picture_back(kind, size):
     with Image.open(io.BytesIO(data)) as image:
         assert (image.format, image.mode) == ("PNG", kind)
         np.testing.assert_array_equal(np.asarray(image), pixels)
+    assert kind != "RGB" or encode_png(pixels) == data
 
 
 def test_opencv_reads_it_too():
