@@ -7,7 +7,7 @@ model; nothing here depends on one.
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -49,9 +49,14 @@ class Curve:
     offset: float
     weights: Mapping[str, float]
 
+    @property
+    def used(self) -> tuple[str, ...]:
+        """The inputs that matter."""
+        return tuple(name for name, weight in self.weights.items() if weight)
+
     def at(self, inputs: Mapping[str, float]) -> float:
-        """The probability for inputs by name."""
-        logit = self.offset + sum(self.weights[name] * inputs[name] for name in self.weights)
+        """The probability for inputs by name, of which `used` are needed."""
+        logit = self.offset + sum(self.weights[name] * inputs[name] for name in self.used)
         return 1 / (1 + math.exp(-max(-50.0, min(50.0, logit))))
 
 
@@ -132,6 +137,7 @@ def metres_inputs(
     visible_depth_m: Floats,
     visible_ground: Mask,
     intrinsics: Intrinsics,
+    wanted: Sequence[str] = METRES_INPUTS,
 ) -> dict[str, float]:
     """What tells whether metres are right; more is better.
 
@@ -140,6 +146,7 @@ def metres_inputs(
         visible_depth_m: float32 (h, w), metres, by the network, not laid onto the plane.
         visible_ground: bool (h, w).
         intrinsics: The camera in pixels of (h, w).
+        wanted: The inputs to compute.
 
     Returns:
         `flatness`: how little the ground's depth deviates from the plane, -ln(error / height);
@@ -148,6 +155,19 @@ def metres_inputs(
         share of the picture that is visible ground; `steepness`: sine of the pitch, as a camera
         that looks down sees the ground at less of an angle.
     """
+    found = {
+        "flatness": -math.log(plane.error_m / plane.camera_height_m + 0.005),
+        "area": math.sqrt(np.count_nonzero(visible_ground) / visible_ground.size),
+        "steepness": -float(plane.up[2]),
+    }
+    if {"agreement", "evenness"} & set(wanted):
+        found |= _agreement(plane, visible_depth_m, visible_ground, intrinsics)
+    return {name: found[name] for name in wanted}
+
+
+def _agreement(
+    plane: GroundPlane, visible_depth_m: Floats, visible_ground: Mask, intrinsics: Intrinsics
+) -> dict[str, float]:
     height, width = visible_ground.shape
     inverse_m = plane.inverse_depth(intrinsics, (height, width))
     seen = visible_ground & (inverse_m > 1e-3)
@@ -157,10 +177,4 @@ def metres_inputs(
         middle = float(np.median(ratio))
         agreement = max(-1.0, -abs(middle))
         evenness = max(-1.0, -float(np.median(np.abs(ratio - middle))))
-    return {
-        "flatness": -math.log(plane.error_m / plane.camera_height_m + 0.005),
-        "agreement": agreement,
-        "evenness": evenness,
-        "area": math.sqrt(float(visible_ground.mean())),
-        "steepness": -float(plane.up[2]),
-    }
+    return {"agreement": agreement, "evenness": evenness}

@@ -217,10 +217,11 @@ class GroundMaps:
         if self.pose.everything:
             metres = 1.0
         elif isinstance(plane, GroundPlane):
+            curve = curves().metres
             inputs = metres_inputs(
-                plane, self.visible_depth_m, self.visible_ground, self.intrinsics
+                plane, self.visible_depth_m, self.visible_ground, self.intrinsics, curve.used
             )
-            metres = curves().metres.at(inputs)
+            metres = curve.at(inputs)
         return Confidence(self._ground_confidence, metres)
 
     @property

@@ -120,7 +120,11 @@ class Tracker:
     def _warp(self, values: NDArray[Any], previous_xy: Floats) -> Floats:
         """Samples previous values at pixels (h, w, 2); NaN outside the picture."""
         warped: Floats = self._cv2.remap(
-            values.astype(np.float32, copy=False), previous_xy, None, self._cv2.INTER_LINEAR, borderValue=np.nan
+            values.astype(np.float32, copy=False),
+            previous_xy,
+            None,
+            self._cv2.INTER_LINEAR,
+            borderValue=np.nan,
         )
         return warped
 
