@@ -49,7 +49,7 @@ LEGEND_PX = 300
 
 def encode_overlay(prediction: GroundMaps, *, bev: bool = False) -> bytes:
     """Encodes `draw_overlay` as PNG."""
-    return encode_png(_drawn(prediction, bev=bev))
+    return encode_png(_drawn(prediction, bev=bev), at_once)
 
 
 def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
