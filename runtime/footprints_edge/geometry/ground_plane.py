@@ -261,7 +261,7 @@ class _Samples:
         Not by BLAS: it would wake its threads for a few microseconds of work.
         """
         across, along, offset = gradient
-        values = across * self.directions[0]
+        values: NDArray[np.float64] = across * self.directions[0]
         values += along * self.directions[1]
         values += offset
         return values
@@ -329,9 +329,8 @@ def _without_outliers(samples: _Samples, gradient: NDArray[np.float64]) -> NDArr
         xy, x_, y_ = wx @ y, wx @ ones, wy @ ones
         normal = np.array([[wx @ x, xy, x_], [xy, wy @ y, y_], [x_, y_, w @ ones]])
         if np.linalg.det(normal) > _LEAST_DETERMINANT:
-            gradient = np.linalg.solve(
-                normal, np.array([wx @ inverse_depth, wy @ inverse_depth, w @ inverse_depth])
-            )
+            wd = np.array([wx @ inverse_depth, wy @ inverse_depth, w @ inverse_depth])
+            gradient = np.asarray(np.linalg.solve(normal, wd), np.float64)
     return gradient
 
 

@@ -35,8 +35,10 @@ def flatten(prediction: MapsT) -> MapsT:
     plane_inverse_depth = plane.inverse_depth(prediction.intrinsics, prediction.map_size)
     if prediction.pose.everything:
         near = plane_inverse_depth > np.float32(1 / _FARTHEST_M)
-        laid = np.reciprocal(np.where(near, plane_inverse_depth, np.reciprocal(depth_m)))
-        return prediction.with_maps(unmasked_ground_depth_m=laid, laid_onto=plane)
+        inverse_depth = np.where(near, plane_inverse_depth, np.reciprocal(depth_m))
+        return prediction.with_maps(
+            unmasked_ground_depth_m=np.reciprocal(inverse_depth), laid_onto=plane
+        )
     height_error = 0.0
     if prediction.pose.anything:  # a known height corrects the scale of the depth
         height_error = _median_deviation(plane_inverse_depth, depth_m, prediction.ground)

@@ -83,7 +83,8 @@ class GroundMotion:
         size = (depth_before_m.shape[0], depth_before_m.shape[1])
         turned = along_rays(rotation[2], self.intrinsics, size)
         turned[turned <= 1e-3] = np.nan
-        return (depth_before_m - np.float32(translation_m[2])) / turned
+        now_m: Floats = (depth_before_m - np.float32(translation_m[2])) / turned
+        return now_m
 
 
 def along_rays(vector: NDArray[np.float64], intrinsics: Intrinsics, size: Size) -> Floats:

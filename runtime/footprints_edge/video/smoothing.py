@@ -164,7 +164,7 @@ def _pixels(size: Size) -> Floats:
 
 def _blend(now: Floats, before: Floats, where: Mask) -> Floats:
     """Blends a map with the previous one, where that is valid."""
-    blended = before - now
+    blended: Floats = before - now
     blended *= np.float32(MEMORY)
     blended += now
     np.copyto(blended, now, where=~(where & np.isfinite(before)))
@@ -175,6 +175,6 @@ def _blend_depth(now_m: Floats, before_m: Floats, where: Mask) -> Floats:
     """Blends depths as inverse depth, in which planes are affine."""
     with np.errstate(divide="ignore"):  # where it is zero, it is not used
         before = np.reciprocal(before_m)
-        blended = np.reciprocal(_blend(np.reciprocal(now_m), before, where))
+        blended: Floats = np.reciprocal(_blend(np.reciprocal(now_m), before, where))
     np.copyto(blended, now_m, where=~(before_m > _NEAREST_M))
     return blended
