@@ -2,6 +2,7 @@ import { createHash } from "node:crypto";
 import { readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join, relative, sep } from "node:path";
 import { fileURLToPath } from "node:url";
+import { brotliCompressSync, constants, gzipSync } from "node:zlib";
 
 import { defaultClientConditions, type Plugin } from "vite";
 import { defineConfig } from "vitest/config";
@@ -16,6 +17,14 @@ const isolation = {
 
 /** Files that are fetched, and then kept, only once someone asks for WebGPU, or opens the other page. */
 const ON_DEMAND = /asyncify|webgpu|three/;
+
+const COMPRESSED = /\.(br|gz)$/;
+
+/** Files of these kinds are compressed already. */
+const PACKED = /\.(png|jpe?g|webp|avif|woff2)$/;
+
+/** More takes up to six times as long, for 5 % less. */
+const BROTLI_QUALITY = 5;
 
 export default defineConfig({
   base: "./",
@@ -44,7 +53,7 @@ export default defineConfig({
       },
     },
   },
-  plugins: [fillInServiceWorker()],
+  plugins: [fillInServiceWorker(), compress()],
   test: {
     include: ["tests/**/*.test.ts"],
     globalSetup: "tests/serve.ts",
@@ -66,7 +75,7 @@ function fillInServiceWorker(): Plugin {
     closeBundle() {
       const script = join(folder, "service-worker.js");
       const files = readdirSync(folder, { recursive: true, withFileTypes: true })
-        .filter((entry) => entry.isFile() && !ON_DEMAND.test(entry.name))
+        .filter((entry) => entry.isFile() && !ON_DEMAND.test(entry.name) && !COMPRESSED.test(entry.name))
         .map((entry) => relative(folder, join(entry.parentPath, entry.name)))
         .filter((file) => file !== "service-worker.js")
         .sort();
@@ -76,6 +85,36 @@ function fillInServiceWorker(): Plugin {
         .replace(/["'`]%FILES%["'`]/, JSON.stringify(files.map((file) => file.replaceAll(sep, "/"))))
         .replace("%VERSION%", hash.digest("hex").slice(0, 16));
       writeFileSync(script, text);
+    },
+  };
+}
+
+/** Writes FILE.br and FILE.gz beside each file that gets smaller, for servers that send those. */
+function compress(): Plugin {
+  let folder = "";
+  return {
+    name: "compress",
+    apply: "build",
+    configResolved(config) {
+      folder = join(config.root, config.build.outDir);
+    },
+    closeBundle: {
+      order: "post",
+      sequential: true,
+      handler() {
+        for (const entry of readdirSync(folder, { recursive: true, withFileTypes: true })) {
+          if (!entry.isFile() || COMPRESSED.test(entry.name) || PACKED.test(entry.name)) continue;
+          const file = join(entry.parentPath, entry.name);
+          const data = readFileSync(file);
+          const params = {
+            [constants.BROTLI_PARAM_QUALITY]: BROTLI_QUALITY,
+            [constants.BROTLI_PARAM_SIZE_HINT]: data.length,
+          };
+          const packed = { br: brotliCompressSync(data, { params }), gz: gzipSync(data) };
+          for (const [kind, bytes] of Object.entries(packed))
+            if (bytes.length < data.length) writeFileSync(`${file}.${kind}`, bytes);
+        }
+      },
     },
   };
 }

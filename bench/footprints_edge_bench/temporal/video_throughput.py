@@ -43,6 +43,7 @@ class VideoSpeed:
         pipeline_fps: frames per second of `fp-infer VIDEO`: decoding, inference, overlay video and
             JSON lines.
         smoothed_fps: the same with --smooth.
+        panel_fps: the same with --panel.
         early_mb: resident memory after 200 frames of the pipeline, MB.
         late_mb: resident memory at the end, MB.
     """
@@ -53,6 +54,7 @@ class VideoSpeed:
     inference_at_once_fps: float
     pipeline_fps: float
     smoothed_fps: float
+    panel_fps: float
     early_mb: float
     late_mb: float
 
@@ -60,6 +62,9 @@ class VideoSpeed:
     def share(self) -> float:
         """Throughput of the pipeline as a share of frame-by-frame inference."""
         return self.pipeline_fps / self.inference_fps
+
+    def _against_plain(self, fps: float) -> str:
+        return f"{fps:.1f} ({fps / self.pipeline_fps - 1:+.0%})"
 
     def as_json(self) -> str:
         """All values."""
@@ -72,7 +77,8 @@ class VideoSpeed:
             ["Inference alone, frame by frame", f"{self.inference_fps:.1f}"],
             ["Inference alone, frames in parallel", f"{self.inference_at_once_fps:.1f}"],
             ["fp-infer VIDEO", f"{self.pipeline_fps:.1f} ({self.share:.0%})"],
-            ["fp-infer VIDEO --smooth", f"{self.smoothed_fps:.1f}"],
+            ["fp-infer VIDEO --smooth", self._against_plain(self.smoothed_fps)],
+            ["fp-infer VIDEO --panel", self._against_plain(self.panel_fps)],
         ]
         return (
             f"## Video: {self.frames} frames of {width} x {height}\n\n"
@@ -108,15 +114,19 @@ def measure_video(video: Path, model: str | None, threads: int, frames: int) -> 
             if stats.frames % SETTLED_FRAMES == 0:
                 memory_mb.append(_resident_mb())
 
-        plain = _process(repeated, Path(folder) / "plain", one_thread, threads, None, note_memory)
-        smoothed = _process(
-            repeated,
-            Path(folder) / "smoothed",
-            one_thread,
-            threads,
-            Tracker().update,
-            lambda _: None,
-        )
+        def run(
+            name: str,
+            then: Callable[[Prediction], Prediction] | None = None,
+            progress: Callable[[VideoStats], None] = lambda _: None,
+            *,
+            bev: bool = False,
+        ) -> VideoStats:
+            out = Path(folder) / name
+            return _process(repeated, out, one_thread, threads, then, progress, bev=bev)
+
+        plain = run("plain", progress=note_memory)
+        smoothed = run("smoothed", Tracker().update)
+        panel = run("panel", bev=True)
     return VideoSpeed(
         frames=plain.frames,
         size=(sample[0].shape[0], sample[0].shape[1]),
@@ -124,6 +134,7 @@ def measure_video(video: Path, model: str | None, threads: int, frames: int) -> 
         inference_at_once_fps=at_once_fps,
         pipeline_fps=plain.fps,
         smoothed_fps=smoothed.fps,
+        panel_fps=panel.fps,
         early_mb=memory_mb[0],
         late_mb=memory_mb[-1],
     )
@@ -136,6 +147,8 @@ def _process(
     at_once: int,
     then: Callable[[Prediction], Prediction] | None,
     progress: Callable[[VideoStats], None],
+    *,
+    bev: bool,
 ) -> VideoStats:
     """Runs the pipeline of `fp-infer VIDEO`."""
     opened = open_video(str(video))
@@ -143,7 +156,7 @@ def _process(
     return run_pipeline(
         opened,
         lambda frame: model.predict(frame.image),
-        open_sinks(paths, opened.fps),
+        open_sinks(paths, opened.fps, bev=bev),
         progress,
         at_once=at_once,
         then=then,

@@ -69,7 +69,7 @@ def blurred_edge_px(blur_px: float) -> Floats:
     A straight edge blurred by a Gaussian is the Gaussian's cumulative distribution over the
     distance. Its inverse recovers the distance; the blur rounds off the maps' pixels.
     """
-    offsets_px = np.linspace(-4, 4, 2001) * blur_px
+    offsets_px = np.linspace(-4, 4, 401) * blur_px
     level = [127.5 * (1 + math.erf(x / (math.sqrt(2) * blur_px))) for x in offsets_px]
     levels = (np.arange(256) + 0.5) * 255 / 256
     distances_px = np.interp(levels, level, offsets_px).astype(np.float32)

@@ -110,6 +110,35 @@ def draw_bev(prediction: GroundMaps, height_px: int) -> Image.Image:
     return draw_occupancy_grid(cells, _BEV_CELL_M, height_px, square=True)
 
 
+def bev_layers(height_px: int) -> NDArray[np.uint32]:
+    """What `paint_bev` needs: uint32 (4, H, W), four bytes R, G, B, 0 of each pixel.
+
+    A layer is `draw_bev` of a grid whose cells all have one value, 0 to 3.
+    """
+    rows = round(BEV_RANGE_M / _BEV_CELL_M)
+    layers = np.zeros((4, height_px, height_px, 4), np.uint8)
+    for value, layer in enumerate(layers):
+        cells = np.full((rows, 2 * rows), value, np.uint8)
+        layer[..., :3] = draw_occupancy_grid(cells, _BEV_CELL_M, height_px, square=True)
+    return layers.view(np.uint32)[..., 0]
+
+
+def paint_bev(prediction: GroundMaps, layers: NDArray[np.uint32]) -> NDArray[np.uint8]:
+    """The same as `draw_bev`, uint8 (H, W, 3), in a millisecond: for many frames of one size."""
+    height_px = layers.shape[1]
+    try:
+        cells = make_occupancy_grid(prediction, _BEV_CELL_M, BEV_RANGE_M).cells
+    except GroundPlaneError:
+        return np.asarray(draw_bev(prediction, height_px))
+    rows, columns = cells.shape
+    cut = (columns - rows) // 2
+    place = np.arange(height_px) * rows // height_px
+    values = cells[:, cut : cut + rows].take(place, axis=0).take(place, axis=1)
+    offsets = np.arange(height_px * height_px, dtype=np.intp)
+    offsets += values.ravel() * np.intp(height_px * height_px)
+    return layers.take(offsets).view(np.uint8).reshape(height_px, height_px, 4)[..., :3]
+
+
 @lru_cache(maxsize=4)
 def _ground_colours(height_px: int, width_px: int, range_m: float) -> NDArray[np.uint8]:
     """uint8 (height, width, 3): the colour of each pixel's distance from the camera."""

@@ -1,6 +1,6 @@
 """The overlay: ground tinted by distance, hidden ground hatched, a legend below."""
 
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from footprints_edge.foundation.png import encode_png
 from footprints_edge.foundation.types import Floats, Mask, Rgb, Size
 from footprints_edge.inputs.preprocessing import resized
 from footprints_edge.maps.ground_maps import GroundMaps
-from footprints_edge.maps.resize import resize_map
+from footprints_edge.maps.resize import resize_map, resize_rows
 from footprints_edge.parallel.bands import at_once
 
 LONGEST_PX = 1920
@@ -36,7 +36,12 @@ _RIPPLE_PX = 12  # in pixels of the maps
 
 _GREY = np.array([0.299, 0.587, 0.114], np.float32)
 
-_BAND_PX = 64  # rows painted at a time, to fit the processor's cache
+_LINE = 0.5  # opacity of an isoline
+
+_BAND_PX = 32  # rows painted at a time, to fit the processor's cache
+
+_PLACES, _PLACES_A_METRE = 2**15, np.float32(2**15 / 2.5)
+"""Steps of the inverse depth in the table of colours, up to beyond the nearest colour."""
 
 LEGEND_PX = 300
 """Least width of the legend. Very tall pictures get margins instead of a clipped legend."""
@@ -44,7 +49,7 @@ LEGEND_PX = 300
 
 def encode_overlay(prediction: GroundMaps, *, bev: bool = False) -> bytes:
     """Encodes `draw_overlay` as PNG."""
-    return encode_png(draw_overlay(prediction, bev=bev))
+    return encode_png(_drawn(prediction, bev=bev), at_once)
 
 
 def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
@@ -63,45 +68,35 @@ def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
         RGB image: the picture's size, limited by `NARROWEST_PX` and `LONGEST_PX`, plus the legend.
         The bird's-eye view is a square as high as both.
     """
-    size = _canvas_size(prediction.image_size)
-    pen_px = max(1.0, max(size) / 700)
-    blur_px = max(2 * pen_px, 0.5 * max(size) / max(prediction.map_size))
+    return Image.fromarray(_drawn(prediction, bev=bev))
+
+
+def _drawn(prediction: GroundMaps, *, bev: bool) -> Rgb:
+    """uint8 (H, W, 3): what `draw_overlay` draws."""
+    height, width = size = _canvas_size(prediction.image_size)
     shown = prediction.shows_ground
-    # Isolines follow every ripple of a depth; smoothed inverse depth gives legible ones.
-    of_map = np.reciprocal(prediction.unmasked_ground_depth_m)
-    probabilities = (prediction.visible_ground_probability, prediction.ground_probability)
-    pixels, smooth, inverse_depth, visible, ground = at_once(
-        [
-            lambda: _photo(prediction, size),
-            lambda: resize_map(_smooth(of_map), size),
-            lambda: resize_map(of_map, size),
-            *(
-                partial(_resized_mask, each, prediction.threshold if shown else 1.0, size)
-                for each in probabilities
-            ),
-        ]
+    legend = np.asarray(
+        draw_legend(
+            max(width, LEGEND_PX),
+            height,
+            note=picture_note(prediction.intrinsics.source, shows_ground=shown),
+        )
     )
-    _paint_ground(pixels, visible, ground & ~visible, inverse_depth, smooth, pen_px, blur_px)
-    picture = Image.fromarray(pixels)
-    _label_isolines(picture, smooth, ground | visible)
-    legend = draw_legend(
-        max(picture.width, LEGEND_PX),
-        picture.height,
-        note=picture_note(prediction.intrinsics.source, shows_ground=shown),
-    )
-    drawn = _stacked(picture, legend)
-    if not bev:
-        return drawn
-    from footprints_edge.drawing.occupancy_grid import draw_bev
+    rows, columns = height + legend.shape[0], legend.shape[1]
+    canvas = np.empty((rows, columns + rows * bev, 3), np.uint8)
+    canvas[:height, :columns] = PAPER
+    canvas[height:, :columns] = legend
+    left = (columns - width) // 2
+    pixels = canvas[:height, left : left + width]
+    photo = prediction.picture.at_least(size)
+    pixels[:] = photo if photo.shape[:2] == size else resized(photo, size, reducing_gap=2.0)
+    if shown:
+        _paint_ground(pixels, prediction)
+    if bev:
+        from footprints_edge.drawing.occupancy_grid import draw_bev
 
-    both = Image.new("RGB", (drawn.width + drawn.height, drawn.height))
-    both.paste(drawn, (0, 0))
-    both.paste(draw_bev(prediction, drawn.height), (drawn.width, 0))
-    return both
-
-
-def _photo(prediction: GroundMaps, size: Size) -> Rgb:
-    return np.array(resized(prediction.picture.at_least(size), size, reducing_gap=2.0))
+        canvas[:, columns:] = np.asarray(draw_bev(prediction, rows))
+    return canvas
 
 
 def _resized_mask(probability: Floats, threshold: float, size: Size) -> Mask:
@@ -115,64 +110,142 @@ def _canvas_size(image_size: Size) -> Size:
     return max(2, round(height * scale)), max(2, round(width * scale))
 
 
-def _paint_ground(
-    pixels: Rgb,
-    visible: Mask,
-    hidden: Mask,
-    inverse_depth: Floats,
-    smooth: Floats,
-    pen_px: float,
-    blur_px: float,
-) -> None:
-    """Paints the ground, its outlines and its isolines of distance.
+def _paint_ground(pixels: Rgb, prediction: GroundMaps) -> None:
+    """Paints the ground, its outlines, and labelled isolines of distance.
 
     Args:
         pixels: uint8 (H, W, 3), modified in place.
-        visible: Bool (H, W).
-        hidden: Bool (H, W).
-        inverse_depth: float32 (H, W), for the colours.
-        smooth: float32 (H, W), smoothed inverse depth, for the isolines.
-        pen_px: Width of a line.
-        blur_px: Standard deviation of the Gaussian that smooths the masks' outlines.
+        prediction: The prediction to draw.
     """
-    height, width = visible.shape
+    height, width = size = pixels.shape[0], pixels.shape[1]
+    pen_px = max(1.0, max(size) / 700)
+    blur_px = max(2 * pen_px, 0.5 * max(size) / max(prediction.map_size))
+    # The blur hides the steps of outlines at half of the size, for a quarter of the work.
+    coarse = -(-height // 2), -(-width // 2)
+    inverse_depth = np.reciprocal(prediction.unmasked_ground_depth_m)
+    # Isolines follow every ripple of a depth; smoothed inverse depth gives legible ones.
+    smooth, visible, ground = at_once(
+        [
+            lambda: _smooth(inverse_depth),
+            *(
+                partial(_resized_mask, each, prediction.threshold, coarse)
+                for each in (prediction.visible_ground_probability, prediction.ground_probability)
+            ),
+        ]
+    )
+    levels = at_once(
+        partial(_blurred, mask, blur_px / 2, size) for mask in (visible, ground & ~visible)
+    )
     distance_of_px = blurred_edge_px(blur_px)
     is_near = distance_of_px > -(1.6 * pen_px + 0.5)
-    levels = at_once(partial(_blurred, mask, blur_px) for mask in (visible, hidden))
-    colours = colour_scale().T.astype(np.float32)
+    position_of, colours = _scale_by_inverse_depth(), colour_scale().T.astype(np.float32)
+    tinted = _tinted()
 
     def paint_band(rows: slice) -> None:
         seen, behind = (level[rows].ravel() for level in levels)
-        where = np.flatnonzero(is_near[np.maximum(seen, behind)])
-        if not where.size:
+        inner = (seen == 255) & (behind == 0)
+        border = is_near[np.maximum(seen, behind)]
+        border &= ~inner
+        if not (inner.any() or border.any()):
             return
-        band = pixels[rows].reshape(-1, 3)
-        under = band.take(where, axis=0).T.astype(np.float32, order="C")
-        visible_px, hidden_px = (distance_of_px.take(level.take(where)) for level in (seen, behind))
-        depth_m = np.reciprocal(inverse_depth[rows].take(where))
-        tint = colours.take(scale_position(depth_m), axis=1)
-        grey = _GREY @ under
-        paint(under, TINT * tint + (1 - TINT) * grey, inside(visible_px))
-        if (hidden_px > -0.5).any():
-            diagonal_px = (rows.start + where // width + where % width).astype(np.float32)
-            hatch(under, tint, inside(hidden_px), diagonal_px, pen_px)
-        anywhere = inside(np.maximum(visible_px, hidden_px))
-        lines = _isolines(smooth, rows, pen_px).take(where)
-        paint(under, WHITE_PIXEL, 0.5 * anywhere * lines)
-        for distance_px in (hidden_px, visible_px):
-            edge_px = np.abs(distance_px)
-            paint(under, INK_PIXEL, 0.5 * inside(np.float32(1.6 * pen_px) - edge_px))
-            paint(under, WHITE_PIXEL, inside(np.float32(0.7 * pen_px) - edge_px))
-        band[where] = np.rint(under).astype(np.uint8).T
+        band = np.ascontiguousarray(pixels[rows])
+        places = resize_rows(inverse_depth, size, rows).ravel()
+        places *= _PLACES_A_METRE
+        np.minimum(places, len(position_of) - 1, out=places)
+        positions = position_of.take(places.astype(np.intp))
+        lines = _isolines(smooth, size, rows, pen_px)
+        _paint_inner(band, np.flatnonzero(inner), positions, tinted, lines)
+        band = band.reshape(-1, 3)
+        where = np.flatnonzero(border)
+        if where.size:
+            under = band.take(where, axis=0).T.astype(np.float32, order="C")
+            visible_px, hidden_px = (
+                distance_of_px.take(each.take(where)) for each in (seen, behind)
+            )
+            tint = colours.take(positions.take(where), axis=1)
+            paint(under, TINT * tint + (1 - TINT) * (_GREY @ under), inside(visible_px))
+            if (hidden_px > -0.5).any():
+                diagonal_px = (rows.start + where // width + where % width).astype(np.float32)
+                hatch(under, tint, inside(hidden_px), diagonal_px, pen_px)
+            if lines is not None:
+                anywhere = inside(np.maximum(visible_px, hidden_px))
+                paint(under, WHITE_PIXEL, _LINE * anywhere * lines.take(where))
+            for distance_px in (hidden_px, visible_px):
+                edge_px = np.abs(distance_px)
+                paint(under, INK_PIXEL, 0.5 * inside(np.float32(1.6 * pen_px) - edge_px))
+                paint(under, WHITE_PIXEL, inside(np.float32(0.7 * pen_px) - edge_px))
+            band[where] = np.rint(under).astype(np.uint8).T
+        pixels[rows] = band.reshape(-1, width, 3)
 
     tops = range(0, height, _BAND_PX)
     at_once(partial(paint_band, slice(top, min(height, top + _BAND_PX))) for top in tops)
+    _label_isolines(pixels, resize_map(smooth, coarse), ground | visible)
 
 
-def _blurred(mask: Mask, blur_px: float) -> NDArray[np.uint8]:
-    """uint8 (H, W), from 0 outside to 255 inside."""
+def _paint_inner(
+    band: Rgb,
+    where: NDArray[np.intp],
+    positions: NDArray[np.uint8],
+    tinted: NDArray[np.uint32],
+    lines: Floats | None,
+) -> None:
+    """Paints visible ground far from its outlines: most pixels, by one table.
+
+    Args:
+        band: uint8 (H, W, 3), modified in place.
+        where: Indices of the pixels to paint.
+        positions: uint8 (H W,), the place of each in the colour scale.
+        tinted: What `_tinted` gives.
+        lines: float32 (H, W), the coverage of isolines; None if there are none.
+    """
+    if not where.size:
+        return
+    grey = np.asarray(Image.fromarray(band).convert("L")).ravel()
+    pairs = positions.astype(np.uint16)
+    pairs <<= 8
+    pairs |= grey
+    painted = tinted.take(pairs.take(where)).view(np.uint8).reshape(-1, 4)
+    flat = band.reshape(-1, 3)
+    for channel in range(3):
+        flat[where, channel] = painted[:, channel]
+    if lines is None:
+        return
+    coverage = lines.take(where)
+    covered = np.flatnonzero(coverage)
+    on = where[covered]
+    under = flat[on].T.astype(np.float32)
+    paint(under, WHITE_PIXEL, _LINE * coverage[covered])
+    flat[on] = np.rint(under).astype(np.uint8).T
+
+
+@cache
+def _tinted() -> NDArray[np.uint32]:
+    """uint32 (65536,): four bytes R, G, B, 0 of a tinted pixel, by place in the scale and grey."""
+    tint = TINT * colour_scale().astype(np.float32)[:, None]
+    grey = (1 - TINT) * np.arange(256, dtype=np.float32)[:, None]
+    table = np.zeros((256, 256, 4), np.uint8)
+    table[..., :3] = np.rint(tint + grey)
+    return table.reshape(-1, 4).view(np.uint32).ravel()
+
+
+@cache
+def _scale_by_inverse_depth() -> NDArray[np.uint8]:
+    """The index in the colour scale, for inverse depths in steps of 1 / `_PLACES_A_METRE`.
+
+    A table is faster than a logarithm for each pixel, and as exact as the eye.
+    """
+    inverse_m = (np.arange(_PLACES) + 0.5) / _PLACES_A_METRE
+    return scale_position((1 / inverse_m).astype(np.float32)).astype(np.uint8)
+
+
+def _blurred(mask: Mask, blur_px: float, size: Size) -> NDArray[np.uint8]:
+    """uint8 of a larger size (H, W), from 0 outside to 255 inside."""
+    height, width = size
     image = Image.fromarray(np.where(mask, np.uint8(255), np.uint8(0)))
-    return np.asarray(image.filter(ImageFilter.GaussianBlur(blur_px)))
+    if mask.any():
+        image = image.filter(ImageFilter.GaussianBlur(blur_px))
+    box = (0, 0, width / 2, height / 2)
+    return np.asarray(image.resize((width, height), Image.Resampling.BILINEAR, box))
 
 
 def _smooth(inverse_depth: Floats) -> Floats:
@@ -190,47 +263,77 @@ def _smooth(inverse_depth: Floats) -> Floats:
     return np.maximum(inverse_depth, 1e-3).astype(np.float32)
 
 
-def _isolines(inverse_depth: Floats, rows: slice, pen_px: float) -> Floats:
-    """Coverage, 0 to 1, of the isolines at the legend's ticks, for some rows."""
+def _isolines(inverse_depth: Floats, size: Size, rows: slice, pen_px: float) -> Floats | None:
+    """Coverage, 0 to 1, of the isolines at the legend's ticks, for some rows of a larger size.
+
+    None where no isoline passes.
+    """
+    scale = inverse_depth.shape[0] / size[0]
+    near = inverse_depth[
+        max(0, int((rows.start - 4) * scale) - 1) : int((rows.stop + 4) * scale) + 2
+    ]
+    least, most = near.min(), near.max()
+    passing = [1 / tick_m for tick_m in TICKS_M if least <= 1 / tick_m <= most]
+    if not passing:
+        return None
     first = max(0, rows.start - 1)  # a slope needs the neighbours
-    inverse_depth = inverse_depth[first : rows.stop + 1]
-    down, right = np.gradient(inverse_depth)  # constant on a plane
-    steepness = np.sqrt(down * down + right * right) + np.float32(1e-9)
-    offset = np.full_like(inverse_depth, np.inf)
-    for tick_m in TICKS_M:
-        np.minimum(offset, np.abs(inverse_depth - np.float32(1 / tick_m)), out=offset)
-    lines = inside(np.float32(0.5 * pen_px) - offset / steepness)
+    part = resize_rows(inverse_depth, size, slice(first, min(size[0], rows.stop + 1)))
+    down, right = np.gradient(part)  # constant on a plane
+    down *= down
+    right *= right
+    down += right
+    steepness = np.sqrt(down, out=down)
+    steepness += np.float32(1e-9)
+    offset = np.abs(part - np.float32(passing[0]))
+    for other in passing[1:]:
+        np.minimum(offset, np.abs(part - np.float32(other)), out=offset)
+    offset /= steepness
+    lines = inside(np.float32(0.5 * pen_px) - offset)
     return lines[rows.start - first :][: rows.stop - rows.start]
 
 
-def _label_isolines(picture: Image.Image, inverse_depth: Floats, ground: Mask) -> None:
-    """Labels every isoline that is long enough with its distance."""
-    height, width = ground.shape
+def _label_isolines(pixels: Rgb, inverse_depth: Floats, ground: Mask) -> None:
+    """Labels every isoline that is long enough with its distance.
+
+    Args:
+        pixels: uint8 (H, W, 3), modified in place.
+        inverse_depth: float32 of half of the sides.
+        ground: Bool, likewise.
+    """
+    height, width = pixels.shape[:2]
     font = ImageFont.load_default(max(11, round(max(height, width) / 80)))
-    draw = ImageDraw.Draw(picture)
-    placed: list[tuple[float, float, float, float]] = []
+    measure = ImageDraw.Draw(Image.new("RGB", (1, 1)))
+    placed: list[tuple[int, int, int, int]] = []
     passed = np.zeros(inverse_depth.shape, np.uint8)
     for tick_m in TICKS_M:
         passed += inverse_depth <= 1 / tick_m
     crossings = np.nonzero((passed[:-1] > passed[1:]) & ground[:-1] & ground[1:])
     above, below = passed[:-1][crossings], passed[1:][crossings]
     for index, tick_m in enumerate(TICKS_M):
-        rows, columns = (places[(above > index) & (below <= index)] for places in crossings)
+        rows, columns = (2 * places[(above > index) & (below <= index)] for places in crossings)
         text = f"{tick_m:g} m"
-        left, top, right, bottom = draw.textbbox((0, 0), text, font, anchor="mm")
-        if len(columns) < 3 * (right - left):
+        left, top, right, bottom = measure.textbbox((0, 0), text, font, anchor="mm")
+        if 2 * len(columns) < 3 * (right - left):
             continue
         at = np.argsort(columns)[len(columns) // 2]
         x, y = int(columns[at]), int(rows[at])
         pad = 0.3 * (bottom - top)
-        box = (x + left - 2 * pad, y + top - pad, x + right + 2 * pad, y + bottom + pad)
+        box = (
+            round(x + left - 2 * pad),
+            round(y + top - pad),
+            round(x + right + 2 * pad),
+            round(y + bottom + pad),
+        )
         fits = box[0] >= 0 and box[1] >= 0 and box[2] < width and box[3] < height
         if not fits or any(_overlap(box, other) for other in placed):
             continue
         placed.append(box)
-        pill = _pill(round(box[2] - box[0]), round(box[3] - box[1]))
-        picture.paste(PAPER, (round(box[0]), round(box[1])), pill)
-        draw.text((x, y), text, WHITE, font, anchor="mm")
+        under = pixels[box[1] : box[3], box[0] : box[2]]
+        label = Image.fromarray(under)
+        label.paste(PAPER, (0, 0), _pill(label.width, label.height))
+        at_label = (x - box[0], y - box[1])
+        ImageDraw.Draw(label).text(at_label, text, WHITE, font, anchor="mm")
+        under[:] = np.asarray(label)
 
 
 def _pill(width: int, height: int) -> Image.Image:

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from threading import Lock
 from typing import Any
 from weakref import WeakSet
@@ -150,6 +149,8 @@ def _session_by_cache(data: bytes, sha256: str, options: ort.SessionOptions) -> 
         except Exception:  # whatever it is, the model file itself may still be good
             forget_optimised(sha256)
         options.graph_optimization_level = ort.GraphOptimizationLevel.ORT_ENABLE_ALL
+    from tempfile import TemporaryDirectory  # as much work to import as a picture's result
+
     try:
         with TemporaryDirectory(prefix="fp-") as folder:
             path = Path(folder, "optimised.onnx")

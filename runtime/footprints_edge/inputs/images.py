@@ -431,7 +431,7 @@ def _to_rgb(image: Image.Image, white: float | None = None) -> Image.Image:
         return _wide_grey_to_rgb(image, white)
     try:
         if not image.has_transparency_data:
-            return image.convert("RGB")
+            return image if image.mode == "RGB" else image.convert("RGB")  # which would copy it
         rgba = image.convert("RGBA")
     except ValueError as error:  # such as La, premultiplied grey
         raise ImageError(f"mode {image.mode} has no conversion to RGB; convert it first") from error

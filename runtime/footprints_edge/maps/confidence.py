@@ -7,7 +7,7 @@ model; nothing here depends on one.
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -52,9 +52,14 @@ class Curve:
     offset: float
     weights: Mapping[str, float]
 
+    @property
+    def used(self) -> tuple[str, ...]:
+        """The inputs that matter."""
+        return tuple(name for name, weight in self.weights.items() if weight)
+
     def at(self, inputs: Mapping[str, float]) -> float:
-        """The probability for inputs by name."""
-        logit = self.offset + sum(self.weights[name] * inputs[name] for name in self.weights)
+        """The probability for inputs by name, of which `used` are needed."""
+        logit = self.offset + sum(self.weights[name] * inputs[name] for name in self.used)
         return 1 / (1 + math.exp(-max(-50.0, min(50.0, logit))))
 
 
@@ -72,6 +77,12 @@ class Curves:
     ground: Curve
     metres: Curve
     least_ground: float
+
+    def least_peak(self, clear_top: float) -> float:
+        """The probability of the surest ground at `least_ground`, see `ground_inputs`."""
+        logit = math.log(self.least_ground / (1 - self.least_ground)) - self.ground.offset
+        logit -= self.ground.weights["clear_top"] * clear_top
+        return 1 / (1 + math.exp(-logit / self.ground.weights["peak"]))
 
     def to_json(self) -> str:
         """The text of the file."""
@@ -107,13 +118,30 @@ def ground_inputs(ground_probability: Floats) -> dict[str, float]:
         tried beside them and tell nothing more.
     """
     values = ground_probability.ravel()
-    at = int(0.98 * (values.size - 1))
+    at = _place_of_peak(values.size)
     p = min(max(float(np.partition(values, at)[at]), _LEAST_SURE), 1 - _LEAST_SURE)
+    return {"peak": math.log(p / (1 - p)), "clear_top": _clear_top(ground_probability)}
+
+
+def shows_ground(ground_probability: Floats) -> bool:
+    """Whether `Confidence.ground` is at least `Curves.least_ground`.
+
+    Counting is a tenth of the work of finding the percentile, and this is asked of every picture.
+    """
+    least = curves().least_peak(_clear_top(ground_probability))
+    sure = np.count_nonzero(ground_probability >= np.float32(least))
+    enough = ground_probability.size - _place_of_peak(ground_probability.size)
+    return least <= 1 - _LEAST_SURE and bool(sure >= enough)
+
+
+def _clear_top(ground_probability: Floats) -> float:
     upper = ground_probability[: max(1, len(ground_probability) // 4)]
-    return {
-        "peak": math.log(p / (1 - p)),
-        "clear_top": 1 - float(upper.mean(dtype=np.float64)),
-    }
+    return 1 - float(upper.mean(dtype=np.float64))
+
+
+def _place_of_peak(pixels: int) -> int:
+    """The place of the 98th percentile among probabilities in ascending order."""
+    return int(0.98 * (pixels - 1))
 
 
 def metres_inputs(
@@ -121,6 +149,7 @@ def metres_inputs(
     visible_depth_m: Floats,
     visible_ground: Mask,
     intrinsics: Intrinsics,
+    wanted: Sequence[str] = METRES_INPUTS,
 ) -> dict[str, float]:
     """What tells whether metres are right; more is better.
 
@@ -129,6 +158,7 @@ def metres_inputs(
         visible_depth_m: float32 (h, w), metres, by the network, not laid onto the plane.
         visible_ground: bool (h, w).
         intrinsics: The camera in pixels of (h, w).
+        wanted: The inputs to compute.
 
     Returns:
         `flatness`: how little the ground's depth deviates from the plane, -ln(error / height);
@@ -137,6 +167,19 @@ def metres_inputs(
         share of the picture that is visible ground; `steepness`: sine of the pitch, as a camera
         that looks down sees the ground at less of an angle.
     """
+    found = {
+        "flatness": -math.log(plane.error_m / plane.camera_height_m + 0.005),
+        "area": math.sqrt(np.count_nonzero(visible_ground) / visible_ground.size),
+        "steepness": -float(plane.up[2]),
+    }
+    if {"agreement", "evenness"} & set(wanted):
+        found |= _agreement(plane, visible_depth_m, visible_ground, intrinsics)
+    return {name: found[name] for name in wanted}
+
+
+def _agreement(
+    plane: GroundPlane, visible_depth_m: Floats, visible_ground: Mask, intrinsics: Intrinsics
+) -> dict[str, float]:
     height, width = visible_ground.shape
     inverse_m = plane.inverse_depth(intrinsics, (height, width))
     seen = visible_ground & (inverse_m > 1e-3)
@@ -146,10 +189,4 @@ def metres_inputs(
         middle = float(np.median(ratio))
         agreement = max(-1.0, -abs(middle))
         evenness = max(-1.0, -float(np.median(np.abs(ratio - middle))))
-    return {
-        "flatness": -math.log(plane.error_m / plane.camera_height_m + 0.005),
-        "agreement": agreement,
-        "evenness": evenness,
-        "area": math.sqrt(float(visible_ground.mean())),
-        "steepness": -float(plane.up[2]),
-    }
+    return {"agreement": agreement, "evenness": evenness}

@@ -16,7 +16,13 @@ from footprints_edge.geometry.camera_pose import CameraPose
 from footprints_edge.geometry.ground_plane import GroundPlane, find_ground_plane
 from footprints_edge.geometry.obstacle_heights import ROBOT_HEIGHT_M
 from footprints_edge.inputs.images import MAX_JPEG_PIXELS, DecodedImage
-from footprints_edge.maps.confidence import Confidence, curves, ground_inputs, metres_inputs
+from footprints_edge.maps.confidence import (
+    Confidence,
+    curves,
+    ground_inputs,
+    metres_inputs,
+    shows_ground,
+)
 from footprints_edge.maps.decode import DecodedMaps
 from footprints_edge.maps.resize import resize_depth, resize_map
 
@@ -161,7 +167,9 @@ class GroundMaps:
     @computed_once
     def ground_depth_m(self) -> Floats:
         """float32 (h, w), metres to the walkable surface; NaN where `ground` is False."""
-        return np.where(self.ground, self.unmasked_ground_depth_m, np.float32(np.nan))
+        depth_m = np.full(self.map_size, np.nan, np.float32)  # half the time of `np.where`
+        np.copyto(depth_m, self.unmasked_ground_depth_m, where=self.ground)
+        return depth_m
 
     @computed_once
     def _plane_or_reason(self) -> GroundPlane | GroundPlaneError:
@@ -193,13 +201,13 @@ class GroundMaps:
     def _ground_confidence(self) -> float:
         return curves().ground.at(ground_inputs(self.ground_probability))
 
-    @property
+    @computed_once
     def shows_ground(self) -> bool:
         """Whether the picture shows ground: without, there is no plane, and nothing is drawn.
 
         The masks stay those of the network, thresholded.
         """
-        return self._ground_confidence >= curves().least_ground
+        return shows_ground(self.ground_probability)
 
     @computed_once
     def confidence(self) -> Confidence:
@@ -213,10 +221,11 @@ class GroundMaps:
         if self.pose.everything:
             metres = 1.0
         elif isinstance(plane, GroundPlane):
+            curve = curves().metres
             inputs = metres_inputs(
-                plane, self.visible_depth_m, self.visible_ground, self.intrinsics
+                plane, self.visible_depth_m, self.visible_ground, self.intrinsics, curve.used
             )
-            metres = curves().metres.at(inputs)
+            metres = curve.at(inputs)
         return Confidence(self._ground_confidence, metres)
 
     @property

@@ -13,6 +13,15 @@ def resize_map(values: Floats, size: Size) -> Floats:
     return np.array(image)
 
 
+def resize_rows(values: Floats, size: Size, rows: slice) -> Floats:
+    """Some rows of what `resize_map` gives, computed alone; `rows` has a start and a stop."""
+    height, width = size
+    scale = values.shape[0] / height
+    box = (0, rows.start * scale, values.shape[1], rows.stop * scale)
+    wanted = (width, rows.stop - rows.start)
+    return np.array(Image.fromarray(values).resize(wanted, Image.Resampling.BILINEAR, box))
+
+
 def resize_depth(depth_m: Floats, size: Size) -> Floats:
     """Resizes a depth map, float32 (h, w), as inverse depth.
 

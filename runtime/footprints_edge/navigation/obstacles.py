@@ -13,6 +13,7 @@ depth's error does, and a bin is occupied if enough surface is seen in it.
 
 import math
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +85,8 @@ class Obstacles:
         found = np.zeros(inside.shape, bool)
         found[inside] = self.occupied[bearing[inside], place[inside]]
         angles, ranges_m = _centres()
-        angle, range_m = angles[self.occupied], ranges_m[self.occupied]
+        bearing, place = np.nonzero(self.occupied)
+        angle, range_m = angles[bearing], ranges_m[place]
         x, y = range_m * np.cos(angle), range_m * np.sin(angle)
         row = np.floor((float(places_m[0, 0, 0]) - x) / cell_m + 0.5).astype(int)
         column = np.floor((places_m[0, 0, 1] - y) / cell_m + 0.5).astype(int)
@@ -109,7 +111,7 @@ class Obstacles:
         visible &= self.in_view[row]
         occupied = self.occupied[row]
         hit = occupied.any(axis=1) & visible
-        range_m = np.where(hit, _centres()[1][0][occupied.argmax(axis=1)], np.inf)
+        range_m = np.where(hit, _centres()[1][occupied.argmax(axis=1)], np.inf)
         range_m[~visible] = np.nan
         return range_m.astype(np.float32)
 
@@ -127,47 +129,94 @@ def find_obstacles(prediction: GroundMaps, robot_height_m: float | None = None) 
     """
     robot_height_m = prediction.robot_height_m if robot_height_m is None else robot_height_m
     check_robot_height(robot_height_m)
+    if robot_height_m != prediction.robot_height_m:
+        return _found(prediction, robot_height_m)
+    obstacles = _usual.get(prediction)
+    if obstacles is None:
+        obstacles = _usual[prediction] = _found(prediction, robot_height_m)
+    return obstacles
+
+
+_usual: "WeakKeyDictionary[GroundMaps, Obstacles]" = WeakKeyDictionary()
+"""Obstacles for the prediction's own robot, found once: several outputs show them."""
+
+
+def _found(prediction: GroundMaps, robot_height_m: float) -> Obstacles:
     plane, camera = prediction.ground_plane(), prediction.intrinsics
     height, width = prediction.map_size
     across = ((np.arange(width) - camera.cx) / camera.fx).astype(np.float32)
     along = ((np.arange(height) - camera.cy) / camera.fy).astype(np.float32)
-    forward, left, rise = (
-        np.add.outer(along * axis[1] + axis[2], across * axis[0])
-        for axis in plane.axes.astype(np.float32)
-    )
+    axes = plane.axes.astype(np.float32)
+    rise = np.add.outer(along * axes[2, 1] + axes[2, 2], across * axes[2, 0])
     visible = prediction.visible_ground
     depth_m = _scaled(prediction.visible_depth_m, rise, visible, plane.camera_height_m)
-    above_m = depth_m * rise + np.float32(plane.camera_height_m)
+    above_m = np.multiply(depth_m, rise, out=rise)
+    above_m += np.float32(plane.camera_height_m)
     raised = visible & (above_m > max(STEP_HEIGHT_M, _RAISED * plane.camera_height_m))
     obstacle = (above_m > STEP_HEIGHT_M) & (above_m < robot_height_m) & (~visible | raised)
-    log_depth = np.log(depth_m)
-    obstacle[:, 1:-1] &= np.abs(log_depth[:, 2:] - log_depth[:, :-2]) < 2 * _STEEPEST
-    bearing = np.rint(
-        np.degrees(np.arctan2(left, forward)) / BEARING_DEG + (_BEARINGS - 1) / 2
-    ).astype(np.intp)
-    in_view = np.zeros(_BEARINGS, bool)
-    in_view[bearing[(bearing >= 0) & (bearing < _BEARINGS)]] = True
-    depth_m, bearing = depth_m[obstacle], bearing[obstacle]
-    range_m = depth_m * np.hypot(forward[obstacle], left[obstacle])
-    _, place = _bins(np.zeros(1), range_m)
+    before, after = depth_m[:, :-2], depth_m[:, 2:]
+    most = np.float32(math.exp(2 * _STEEPEST))
+    obstacle[:, 1:-1] &= (after < most * before) & (before < most * after)
+    pixels = np.flatnonzero(obstacle)
+    row = pixels.astype(np.int32) // np.int32(width)
+    forward, left = _on_ground(axes, across.take(pixels - row * width), along.take(row))
+    depth_m = depth_m.take(pixels)
+    range_m = depth_m * np.sqrt(forward * forward + left * left)
+    bearing, place = _bins(np.arctan2(left, forward), range_m)
     inside = (place >= 0) & (place < _RANGES) & (bearing >= 0) & (bearing < _BEARINGS)
-    index = bearing[inside] * _RANGES + place[inside]
+    index = bearing * _RANGES + place
     # a pixel is depth / f wide and high, a bin as wide as an arc
-    arc_m = range_m[inside] * np.float32(math.radians(BEARING_DEG))
-    seen_m = depth_m[inside] ** 2 / np.float32(camera.fx * camera.fy) / arc_m
+    seen_m = depth_m * depth_m / range_m
+    seen_m *= np.float32(1 / (camera.fx * camera.fy * math.radians(BEARING_DEG)))
+    if not inside.all():
+        index, seen_m = index[inside], seen_m[inside]
     of_bin = {"minlength": _BEARINGS * _RANGES}
-    count = np.bincount(index, **of_bin).reshape(_BEARINGS, _RANGES)
-    surface_m = np.bincount(index, seen_m, **of_bin).reshape(_BEARINGS, _RANGES)
-    occupied = (count > 0) & (_window(count) >= _LEAST_PX) & (_window(surface_m) >= _LEAST_SEEN_M)
-    return Obstacles(occupied, in_view, raised)
+    count, surface_m = np.bincount(index, **of_bin), np.bincount(index, seen_m, **of_bin)
+    hit = np.flatnonzero(count)
+    enough = (_window(count, hit) >= _LEAST_PX) & (_window(surface_m, hit) >= _LEAST_SEEN_M)
+    occupied = np.zeros(_BEARINGS * _RANGES, bool)
+    occupied[hit[enough]] = True
+    in_view = _bearings_in_view(axes, across, along)
+    return Obstacles(occupied.reshape(_BEARINGS, _RANGES), in_view, raised)
+
+
+def _on_ground(axes: Floats, across: Floats, along: Floats) -> tuple[Floats, Floats]:
+    """How far the rays of pixels reach forward and left for each metre of depth."""
+    forward, left = (axis[0] * across + axis[1] * along + axis[2] for axis in axes[:2])
+    return forward, left
+
+
+def _bearings_in_view(axes: Floats, across: Floats, along: Floats) -> Mask:
+    """Bool (bearings,): bearings of some pixel.
+
+    Where all of the picture lies ahead, a bearing rises or falls along every line of pixels: it is
+    least and most at corners. If pixels are much finer than bins, all bins between are in view.
+    """
+    corners = np.array([[x, y] for x in across[[0, -1]] for y in along[[0, -1]]], np.float32)
+    forward, left = _on_ground(axes, corners[:, 0], corners[:, 1])
+    finest = max(_step(across), _step(along)) < forward.min() * math.radians(BEARING_DEG) / 2
+    if not finest:
+        forward, left = _on_ground(axes, across[None, :], along[:, None])
+    bearing, _ = _bins(np.arctan2(left, forward), np.ones(1))
+    in_view = np.zeros(_BEARINGS, bool)
+    if finest:
+        in_view[max(0, bearing.min()) : max(0, bearing.max() + 1)] = True
+    else:
+        in_view[bearing[(bearing >= 0) & (bearing < _BEARINGS)]] = True
+    return in_view
+
+
+def _step(places: Floats) -> float:
+    return float(places[1] - places[0]) if len(places) > 1 else 0.0
 
 
 def _scaled(depth_m: Floats, rise: Floats, visible: Mask, camera_height_m: float) -> Floats:
     """The visible depth, scaled so that visible ground lies on the plane in the median."""
     ground = visible & (rise < np.float32(-1e-3))
-    if np.count_nonzero(ground) < _SCALED_BY_PX:
+    pixels = np.flatnonzero(ground)
+    if len(pixels) < _SCALED_BY_PX:
         return depth_m
-    too_far = np.median(depth_m[ground] * -rise[ground]) / camera_height_m
+    too_far = np.median(depth_m.take(pixels) * -rise.take(pixels)) / camera_height_m
     return depth_m / np.float32(too_far)
 
 
@@ -184,17 +233,18 @@ def _bins(
 
 
 def _centres() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Angle, radians, and range, metres, of all bins, float64 (bearings, ranges) each."""
+    """Angles of the bins, radians, float64 (bearings,), and ranges, metres, float64 (ranges,)."""
     angle = np.radians((np.arange(_BEARINGS) - (_BEARINGS - 1) / 2) * BEARING_DEG)
-    range_m = _NEAREST_M * np.exp((np.arange(_RANGES) + 0.5) * _RANGE_STEP)
-    shape = (_BEARINGS, _RANGES)
-    return np.broadcast_to(angle[:, None], shape), np.broadcast_to(range_m, shape)
+    return angle, _NEAREST_M * np.exp((np.arange(_RANGES) + 0.5) * _RANGE_STEP)
 
 
-def _window(values: NDArray[np.number]) -> NDArray[np.number]:
-    """Sums over each bin and those before it."""
-    sums = np.pad(values.cumsum(axis=1), ((0, 0), (_WINDOW, 0)))
-    windows: NDArray[np.number] = sums[:, _WINDOW:] - sums[:, :-_WINDOW]
+def _window(values: NDArray[np.number], bins: NDArray[np.intp]) -> NDArray[np.number]:
+    """Sums over some bins and those before them, of all bins (bearings * ranges,)."""
+    sums = np.empty(len(values) + 1, np.float64)
+    sums[0] = 0
+    np.cumsum(values, out=sums[1:])
+    first = np.maximum(bins + 1 - _WINDOW, bins - bins % _RANGES)
+    windows: NDArray[np.number] = sums[bins + 1] - sums[first]
     return windows
 
 

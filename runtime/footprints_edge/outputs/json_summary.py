@@ -118,4 +118,4 @@ def _nearest_obstacle(prediction: GroundMaps) -> tuple[float | None, float | Non
 
 
 def _fraction(mask: Mask) -> float:
-    return float(np.mean(mask))
+    return np.count_nonzero(mask) / mask.size

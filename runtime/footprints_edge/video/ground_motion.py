@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.foundation.types import Floats, Size
-from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.geometry.ground_plane import GroundPlane
 
 
@@ -48,13 +48,14 @@ class GroundMotion:
             Previous pixels (h, w, 2), x and y, NaN behind the camera; and the previous depth
             divided by the current one (h, w).
         """
-        moved = rays(self.intrinsics, size) @ self.matrix.T.astype(np.float32)
-        depth_ratio: Floats = moved[..., 2]
+        to_pixels = self.intrinsics.matrix @ self.matrix
+        depth_ratio = along_rays(self.matrix[2], self.intrinsics, size)
         ahead = np.where(depth_ratio > 1e-3, depth_ratio, np.float32(np.nan))
-        camera = self.intrinsics
-        x = moved[..., 0] / ahead * np.float32(camera.fx) + np.float32(camera.cx)
-        y = moved[..., 1] / ahead * np.float32(camera.fy) + np.float32(camera.cy)
-        return np.dstack([x, y]), depth_ratio
+        previous_xy = np.empty((*size, 2), np.float32)
+        for axis in (0, 1):
+            moved = along_rays(to_pixels[axis], self.intrinsics, size)
+            np.divide(moved, ahead, out=previous_xy[..., axis])
+        return previous_xy, depth_ratio
 
     def now_from_before(self, depth_before_m: Floats, plane: GroundPlane) -> Floats:
         """The current depth of static points, from their depth in the previous frame.
@@ -80,6 +81,19 @@ class GroundMotion:
         rotation = u @ v
         translation_m = (self.matrix - rotation) @ g / (g @ g)
         size = (depth_before_m.shape[0], depth_before_m.shape[1])
-        turned = rays(self.intrinsics, size) @ rotation[2].astype(np.float32)
-        ahead_m: Floats = depth_before_m - np.float32(translation_m[2])
-        return np.where(turned > 1e-3, ahead_m / turned, np.float32(np.nan))
+        turned = along_rays(rotation[2], self.intrinsics, size)
+        turned[turned <= 1e-3] = np.nan
+        now_m: Floats = (depth_before_m - np.float32(translation_m[2])) / turned
+        return now_m
+
+
+def along_rays(vector: NDArray[np.float64], intrinsics: Intrinsics, size: Size) -> Floats:
+    """The product of a vector (3,) with the ray of every pixel, float32 (h, w).
+
+    It is affine in the pixel, so all rays need not be made.
+    """
+    height, width = size
+    across = vector[0] * (np.arange(width) - intrinsics.cx) / intrinsics.fx
+    along = vector[1] * (np.arange(height) - intrinsics.cy) / intrinsics.fy + vector[2]
+    product: Floats = np.add.outer(along.astype(np.float32), across.astype(np.float32))
+    return product

@@ -4,7 +4,7 @@ import numpy as np
 
 from footprints_edge.drawing.colormap import colour_scale, scale_position
 from footprints_edge.drawing.notes import picture_note
-from footprints_edge.drawing.occupancy_grid import draw_bev
+from footprints_edge.drawing.occupancy_grid import bev_layers, paint_bev
 from footprints_edge.drawing.overlay import LEGEND_PX, draw_legend
 from footprints_edge.drawing.style import (
     HATCH_PERIOD,
@@ -42,6 +42,7 @@ class VideoOverlay:
         self._legends: dict[bool, Rgb] = {}
         self._canvas: Rgb = np.zeros((0, 0, 3), np.uint8)
         self._rows = 0
+        self._bev_layers = np.zeros((4, 0, 0), np.uint32)
         self._colours = np.ascontiguousarray(colour_scale()[:, None, ::-1])
 
     def draw(self, prediction: GroundMaps) -> Rgb:
@@ -101,6 +102,8 @@ class VideoOverlay:
         }
         legend = self._legends[True]
         self._rows = rows = height + legend.shape[0]
+        if self._bev:
+            self._bev_layers = bev_layers(rows)
         columns = max(width, legend.shape[1])
         all_columns = columns + (rows if self._bev else 0)
         self._canvas = np.empty((rows + rows % 2, all_columns + all_columns % 2, 3), np.uint8)
@@ -115,7 +118,7 @@ class VideoOverlay:
         legend = self._legends[prediction.shows_ground]
         canvas[height : self._rows, : legend.shape[1]] = legend
         if self._bev:
-            bev = np.asarray(draw_bev(prediction, self._rows))[..., ::-1]
+            bev = paint_bev(prediction, self._bev_layers)[..., ::-1]
             columns = max(width, LEGEND_PX)
             canvas[: self._rows, columns : columns + bev.shape[1]] = bev
         return canvas

@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from footprints_edge.errors import GroundPlaneError, MissingMapError
 from footprints_edge.foundation.opencv import opencv
-from footprints_edge.foundation.types import Floats, Mask
+from footprints_edge.foundation.types import Floats, Mask, Size
 from footprints_edge.maps.ground_maps import GroundMaps, MapsT
 from footprints_edge.video.ground_motion import GroundMotion
 
@@ -74,18 +75,17 @@ class Tracker:
 
     def _grey(self, prediction: GroundMaps) -> NDArray[np.uint8]:
         height, width = prediction.map_size
-        small = self._cv2.resize(
-            prediction.rgb, (width, height), interpolation=self._cv2.INTER_AREA
+        grey = self._cv2.cvtColor(prediction.rgb, self._cv2.COLOR_RGB2GRAY)
+        small: NDArray[np.uint8] = self._cv2.resize(
+            grey, (width, height), interpolation=self._cv2.INTER_AREA
         )
-        grey: NDArray[np.uint8] = self._cv2.cvtColor(small, self._cv2.COLOR_RGB2GRAY)
-        return grey
+        return small
 
     def _smooth(self, now: MapsT, grey: NDArray[np.uint8], previous: _PreviousFrame) -> MapsT:
         before = previous.prediction
         flow = self._flow.calc(grey, previous.grey, None)
         height, width = grey.shape
-        flow_xy = flow + np.dstack(np.meshgrid(np.arange(width), np.arange(height)))
-        flow_xy = flow_xy.astype(np.float32)
+        flow_xy = flow + _pixels((height, width))
         change = np.abs(self._warp(previous.grey, flow_xy) - grey)
         change = np.nan_to_num(change, nan=255)  # a moving mean would spread NaN
         unchanged = self._cv2.blur(change, (5, 5)) < _CHANGED_LEVELS
@@ -122,7 +122,11 @@ class Tracker:
     def _warp(self, values: NDArray[Any], previous_xy: Floats) -> Floats:
         """Samples previous values at pixels (h, w, 2); NaN outside the picture."""
         warped: Floats = self._cv2.remap(
-            values.astype(np.float32), previous_xy, None, self._cv2.INTER_LINEAR, borderValue=np.nan
+            values.astype(np.float32, copy=False),
+            previous_xy,
+            None,
+            self._cv2.INTER_LINEAR,
+            borderValue=np.nan,
         )
         return warped
 
@@ -153,15 +157,26 @@ def _depth_now(depth_before_m: Floats, motion: GroundMotion | None, now: GroundM
     return np.full_like(depth_before_m, np.nan)
 
 
+@lru_cache(maxsize=4)
+def _pixels(size: Size) -> Floats:
+    """float32 (h, w, 2), x and y of each pixel."""
+    height, width = size
+    return np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float32)
+
+
 def _blend(now: Floats, before: Floats, where: Mask) -> Floats:
     """Blends a map with the previous one, where that is valid."""
-    blended: Floats = np.where(
-        where & np.isfinite(before), now + np.float32(MEMORY) * (before - now), now
-    )
+    blended: Floats = before - now
+    blended *= np.float32(MEMORY)
+    blended += now
+    np.copyto(blended, now, where=~(where & np.isfinite(before)))
     return blended
 
 
 def _blend_depth(now_m: Floats, before_m: Floats, where: Mask) -> Floats:
     """Blends depths as inverse depth, in which planes are affine."""
-    before_m = np.where(before_m > _NEAREST_M, before_m, np.float32(np.nan))
-    return np.reciprocal(_blend(np.reciprocal(now_m), np.reciprocal(before_m), where))
+    with np.errstate(divide="ignore"):  # where it is zero, it is not used
+        before = np.reciprocal(before_m)
+        blended: Floats = np.reciprocal(_blend(np.reciprocal(now_m), before, where))
+    np.copyto(blended, now_m, where=~(before_m > _NEAREST_M))
+    return blended

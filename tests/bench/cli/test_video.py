@@ -32,7 +32,10 @@ def test_the_video_is_repeated_until_it_is_long_enough(video, green_is_ground, t
     assert found["share"] == pytest.approx(found["pipeline_fps"] / found["inference_fps"])
     assert min(found["inference_at_once_fps"], found["smoothed_fps"], found["early_mb"]) > 0
     assert "## Video: 410 frames of 64 x 32" in result.stdout
-    assert f"| fp-infer VIDEO --smooth | {found['smoothed_fps']:.1f} |" in result.stdout
+    for option in ("smooth", "panel"):
+        fps = found["smoothed_fps" if option == "smooth" else "panel_fps"]
+        change = fps / found["pipeline_fps"] - 1
+        assert f"| fp-infer VIDEO --{option} | {fps:.1f} ({change:+.0%}) |" in result.stdout
 
 
 def test_a_video_that_is_missing_is_named(tmp_path):

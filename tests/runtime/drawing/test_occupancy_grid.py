@@ -7,7 +7,12 @@ import pytest
 from predictions import make_prediction
 
 from footprints_edge.drawing.colormap import colours_of
-from footprints_edge.drawing.occupancy_grid import draw_occupancy_grid
+from footprints_edge.drawing.occupancy_grid import (
+    bev_layers,
+    draw_bev,
+    draw_occupancy_grid,
+    paint_bev,
+)
 from footprints_edge.drawing.overlay import LEGEND_PX, draw_overlay
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.images import DecodedImage
@@ -68,6 +73,15 @@ def test_the_bev_stands_beside_an_overlay_that_stays_as_it_is(prediction):
     np.testing.assert_array_equal(wide[:, :width], plain)
     ahead = wide[round(0.6 * height), width + height // 2].astype(int)  # 4 m ahead there is floor
     assert np.abs(ahead - colours_of(np.float32([4.0]))[0]).max() < 25
+
+
+def test_frames_have_the_bev_of_pictures(prediction):
+    hidden = np.ones((96, 128), np.float32)
+    hidden[:, 40:90] = 0
+    none = prediction.with_maps(ground_probability=np.zeros((96, 128), np.float32))
+    layers = bev_layers(200)
+    for each in (prediction, prediction.with_maps(visible_ground_probability=hidden), none):
+        np.testing.assert_array_equal(paint_bev(each, layers), np.asarray(draw_bev(each, 200)))
 
 
 def test_without_a_plane_the_bev_is_unknown(prediction):

@@ -1,7 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from footprints_edge.drawing.colormap import colours_of
 from footprints_edge.drawing.overlay import LONGEST_PX, NARROWEST_PX, draw_overlay
+from footprints_edge.drawing.style import TINT
 
 
 @pytest.mark.parametrize(
@@ -44,6 +48,28 @@ def test_hidden_ground_differs_by_pattern_not_only_by_colour(halves):
     visible, hidden = grey[20:280, 20:280], grey[20:280, 320:580]
     assert visible.std() < 1
     assert hidden.std() > 10
+
+
+@pytest.mark.parametrize("grey", [0, 90, 255])
+def test_visible_ground_has_the_tint_of_its_distance_up_to_its_outline(halves, grey):
+    """Far from outlines a table gives the colour, near to them arithmetic."""
+    picture = replace(halves.picture, pixels=np.full((300, 600, 3), grey, np.uint8))
+    ramp = np.geomspace(0.4, 25, halves.map_size[1], dtype=np.float32)
+    depth_m = np.resize(ramp, halves.map_size)
+    everywhere = np.ones_like(depth_m)
+    everywhere[:, -halves.map_size[1] // 4 :] = 0
+    prediction = replace(halves, picture=picture).with_maps(
+        visible_ground_probability=everywhere,
+        ground_probability=everywhere,
+        unmasked_ground_depth_m=depth_m,
+    )
+    drawn = np.asarray(draw_overlay(prediction))[150, :440].astype(float)
+    columns = (np.arange(440) + 0.5) * halves.map_size[1] / 600 - 0.5
+    inverse_m = np.interp(columns, np.arange(halves.map_size[1]), 1 / depth_m[0])
+    expected = TINT * colours_of(1 / inverse_m) + (1 - TINT) * grey
+    off = np.abs(drawn - expected).max(axis=1)
+    assert (off > 2.5).mean() < 0.25  # isolines
+    assert np.median(off) <= 1
 
 
 def test_the_same_distance_has_the_same_colour_on_any_picture_and_others_another(halves):

@@ -5,9 +5,10 @@ import pytest
 from PIL import Image
 
 from footprints_edge.foundation.png import encode_png
+from footprints_edge.parallel.bands import at_once
 
 
-@pytest.mark.parametrize("size", [(1, 1), (1, 7), (5, 1), (33, 47)])
+@pytest.mark.parametrize("size", [(1, 1), (1, 7), (5, 1), (33, 47), (150, 3)])
 @pytest.mark.parametrize("kind", ["RGB", "L", "I;16"])
 def test_another_decoder_gives_the_picture_back(kind, size):
     rng = np.random.default_rng(0)
@@ -20,6 +21,8 @@ def test_another_decoder_gives_the_picture_back(kind, size):
     with Image.open(io.BytesIO(data)) as image:
         assert (image.format, image.mode) == ("PNG", kind)
         np.testing.assert_array_equal(np.asarray(image), pixels)
+    if kind == "RGB":
+        assert encode_png(pixels) == data == encode_png(pixels, at_once)
 
 
 def test_opencv_reads_it_too():

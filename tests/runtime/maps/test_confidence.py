@@ -114,6 +114,18 @@ def test_the_curves_rise_with_every_input():
     assert CURVES_FILE.read_text(encoding="utf-8") == found.to_json()
 
 
+def test_whether_there_is_ground_follows_from_the_confidence():
+    rng = np.random.default_rng(0)
+    told = set()
+    for middle in np.linspace(0.4, 1, 60):
+        maps = rng.normal(middle, 0.1, (40, 50)).clip(0, 1)
+        prediction = make_prediction(np.ones((40, 50)), ground=maps)
+        sure = prediction.confidence.ground >= curves().least_ground
+        assert prediction.shows_ground == sure
+        told.add(sure)
+    assert told == {True, False}
+
+
 def test_models_without_depths_have_masks_and_no_confidence_in_metres():
     masks = make_prediction(np.ones(SIZE), outputs="masks")
     assert masks.shows_ground

@@ -10,6 +10,7 @@ from predictions import make_prediction
 import footprints_edge as fp
 from footprints_edge.errors import GroundPlaneError
 from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge.geometry.camera_pose import CameraPose
 from footprints_edge.geometry.ground_plane import find_ground_plane
 from footprints_edge.outputs.json_summary import summarise
 from footprints_edge.prediction import FlattenedWhenRead
@@ -80,6 +81,27 @@ def test_depth_above_the_horizon_is_kept():
     above = fall <= 0
     np.testing.assert_array_equal(flat.unmasked_ground_depth_m[above], depth_m[above])
     assert np.isfinite(flat.unmasked_ground_depth_m).all()
+
+
+@pytest.mark.parametrize("pose", [CameraPose(), CameraPose(height_m=1.6)])
+def test_every_pixel_follows_the_documented_rule_with_a_leaning_horizon_too(pose):
+    """docs/porting-metres.md, at all pixels in 64 bits."""
+    lean = np.radians(20)
+    camera = replace(CAMERA, cy=60.0)
+    down = np.array([np.sin(lean), np.cos(lean), 0.05])
+    fall = rays(camera, SIZE) @ (down / np.linalg.norm(down))
+    rng = np.random.default_rng(0)
+    depth_m = (1.5 / np.maximum(fall, 0.03) * np.exp(rng.normal(0, 0.2, SIZE))).astype(np.float32)
+    prediction = replace(floor(depth_m, fall > 0.1), intrinsics=camera, pose=pose)
+    flat = prediction.flattened()
+    p = -rays(camera, SIZE) @ flat.laid_onto.up / flat.laid_onto.camera_height_m
+    i = 1 / depth_m.astype(np.float64)
+    deviation = np.log(np.where(p > 1e-4, p, 1) / i)
+    if pose.anything:
+        deviation -= np.median(deviation[prediction.ground])
+    weight = np.where(p > 1e-4, ((0.8 - abs(deviation)) / 0.4).clip(0, 1), 0)
+    assert {0.0, 1.0} < set(weight.ravel())
+    np.testing.assert_allclose(flat.unmasked_ground_depth_m, 1 / (i + weight * (p - i)), rtol=1e-4)
 
 
 def test_predict_flattens_the_ground_unless_switched_off():

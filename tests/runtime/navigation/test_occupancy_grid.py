@@ -10,8 +10,10 @@ from predictions import make_prediction
 
 from footprints_edge.drawing.occupancy_grid import draw_bev
 from footprints_edge.errors import GroundPlaneError, OutputError
-from footprints_edge.geometry.camera import Intrinsics
-from footprints_edge.geometry.ground_plane import fit_ground_plane
+from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge.geometry.camera_pose import up_vector
+from footprints_edge.geometry.ground_plane import GroundPlane, fit_ground_plane
+from footprints_edge.navigation.obstacles import _bearings_in_view
 from footprints_edge.navigation.occupancy_grid import (
     HIDDEN,
     MAX_CELLS,
@@ -363,3 +365,18 @@ def test_where_walkable_ground_ends_in_view_something_is_occupied(walkable):
     rim = np.any(shifted, axis=0) & ~grid.walkable & inner
     assert rim.sum() > 50
     assert (grid.cells[rim] == OCCUPIED).all()
+
+
+@pytest.mark.parametrize("lean_deg", [0, 25, -60])
+@pytest.mark.parametrize("pitch_deg", [-20, 5, 40, 75, 90])
+@pytest.mark.parametrize("focal_px", [25, 110])
+def test_a_bearing_is_in_view_where_the_ray_of_some_pixel_has_it(pitch_deg, lean_deg, focal_px):
+    camera = Intrinsics(focal_px, focal_px, 63.5, 47.5)
+    plane = GroundPlane(up_vector(pitch_deg, lean_deg), 1.5, 0.0)
+    forward, left, _ = np.moveaxis(rays(camera, (96, 128)) @ plane.axes.T, -1, 0)
+    expected = set(np.rint(np.degrees(np.arctan2(left, forward))).astype(int).ravel())
+    across = ((np.arange(128) - 63.5) / focal_px).astype(np.float32)
+    along = ((np.arange(96) - 47.5) / focal_px).astype(np.float32)
+    found = _bearings_in_view(plane.axes.astype(np.float32), across, along)
+    differ = set(np.flatnonzero(found) - 90) ^ {each for each in expected if abs(each) <= 90}
+    assert len(differ) <= 2  # angles that just reach a half
