@@ -117,9 +117,10 @@ def bev_layers(height_px: int) -> NDArray[np.uint32]:
     """
     rows = round(BEV_RANGE_M / _BEV_CELL_M)
     layers = np.zeros((4, height_px, height_px, 4), np.uint8)
-    for value, layer in enumerate(layers):
+    for value in range(len(layers)):
         cells = np.full((rows, 2 * rows), value, np.uint8)
-        layer[..., :3] = draw_occupancy_grid(cells, _BEV_CELL_M, height_px, square=True)
+        picture = draw_occupancy_grid(cells, _BEV_CELL_M, height_px, square=True)
+        layers[value, ..., :3] = np.asarray(picture)
     return layers.view(np.uint32)[..., 0]
 
 

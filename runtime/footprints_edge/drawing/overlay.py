@@ -279,10 +279,7 @@ def _isolines(inverse_depth: Floats, size: Size, rows: slice, pen_px: float) -> 
     first = max(0, rows.start - 1)  # a slope needs the neighbours
     part = resize_rows(inverse_depth, size, slice(first, min(size[0], rows.stop + 1)))
     down, right = np.gradient(part)  # constant on a plane
-    down *= down
-    right *= right
-    down += right
-    steepness = np.sqrt(down, out=down)
+    steepness: Floats = np.hypot(down, right)
     steepness += np.float32(1e-9)
     offset = np.abs(part - np.float32(passing[0]))
     for other in passing[1:]:
