@@ -12,7 +12,7 @@ pytest.importorskip("scipy")
 
 @pytest.fixture
 def green_photo(tmp_path):
-    """A picture that the tiny model finds to be ground below a wall, on a plane below the camera."""
+    """A picture that the tiny model finds to be ground below a wall, on a plane."""
     rgb = np.zeros((96, 128, 3), np.uint8)
     rgb[24:, :, 1] = 250
     rgb[..., 2] = np.linspace(30, 250, 96, dtype=np.uint8)[:, None]
