@@ -1,6 +1,6 @@
 """The networks that can be exported. To add one, add its row to ``ARCHITECTURES``."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ class Architecture:
         build: makes the network, untrained. It takes RGB float32 (B, 3, H, W) in [0, 1], H and W
             multiples of 32, and gives the raw channels of
             ``footprints_edge_models.networks.channels``.
+        build_for: makes the network, to be filled, that a state dict is of.
         focal_px: focal length of its canonical camera, where a checkpoint states none; None where
             depths are as trained.
         licence: licence of its weights, if the caller states none.
@@ -37,6 +38,7 @@ class Architecture:
     """
 
     build: Callable[[], nn.Module]
+    build_for: Callable[[Mapping[str, object]], nn.Module]
     part: Callable[[Any, str, int], nn.Module]
     scales: tuple[int, ...]
     focal_px: float | None
@@ -48,7 +50,14 @@ class Architecture:
 def _architecture(name: str, part: type[EdgePart | ReferencePart], resize: str) -> Architecture:
     spec = NETWORKS[name]
     return Architecture(
-        spec.build, part, part.SCALES, spec.focal_px, spec.licence, spec.notice, resize
+        spec.build,
+        spec.build_for,
+        part,
+        part.SCALES,
+        spec.focal_px,
+        spec.licence,
+        spec.notice,
+        resize,
     )
 
 
@@ -70,8 +79,9 @@ def trained(architecture: str, checkpoint: Path) -> nn.Module:
     Raises:
         ModelError: the checkpoint does not fit the architecture.
     """
-    network = ARCHITECTURES[architecture].build().eval()
-    load_weights(network, read_checkpoint(checkpoint), str(checkpoint))
+    weights = read_checkpoint(checkpoint)
+    network = ARCHITECTURES[architecture].build_for(weights).eval()
+    load_weights(network, weights, str(checkpoint))
     return network
 
 

@@ -4,6 +4,8 @@ Each gives the maps of the file contract, in the contract's order, at the size o
 exported graph has nothing else.
 """
 
+import copy
+
 import torch
 import torch.nn.functional as F
 from torch import nn
@@ -14,7 +16,7 @@ from footprints_edge_models.networks.reference import ReferenceNetwork
 
 
 class EdgePart(nn.Module):
-    """The edge network with a head of fewer channels; it has one head, at half resolution."""
+    """The edge network with heads of fewer channels; its only outputs are at half resolution."""
 
     SCALES = (1,)
 
@@ -22,24 +24,27 @@ class EdgePart(nn.Module):
         super().__init__()
         assert scale in self.SCALES
         self.outputs, self.scale = outputs, scale
-        self.network = network
+        self.network = copy.deepcopy(network)
         channels = list(OUTPUTS[outputs])
-        whole = network.head
-        self.head = nn.Conv2d(whole.in_channels, len(channels), 3, padding=1)
-        self.head.load_state_dict(
-            {key: value[channels] for key, value in whole.state_dict().items()}
-        )
+        self.network.head = _some_channels(network.head, channels)
+        if network.coarse_head is not None:
+            self.network.coarse_head = _some_channels(network.coarse_head, channels)
 
     def forward(self, image: torch.Tensor) -> torch.Tensor:
         """RGB (B, 3, H, W) in [0, 1] to maps (B, C, H, W)."""
-        x = self.head(self.network.features(image)).float()
-        x = F.interpolate(x, scale_factor=2, mode="bilinear")
+        x = F.interpolate(self.network.half_size(image), scale_factor=2, mode="bilinear")
         masks = sum(channel < 2 for channel in OUTPUTS[self.outputs])
         if masks == 0:
             return log_depth_to_disparity(x)
         if masks == x.shape[1]:
             return torch.sigmoid(x)
         return torch.cat([torch.sigmoid(x[:, :masks]), log_depth_to_disparity(x[:, masks:])], dim=1)
+
+
+def _some_channels(head: nn.Conv2d, channels: list[int]) -> nn.Conv2d:
+    few = nn.Conv2d(head.in_channels, len(channels), 3, padding=1, bias=head.bias is not None)
+    few.load_state_dict({key: value[channels] for key, value in head.state_dict().items()})
+    return few
 
 
 class ReferencePart(nn.Module):

@@ -68,9 +68,9 @@ def _graphs_once():
     made, to_graph = {}, convert_module.to_graph
 
     def remembered(network, size, **how):
-        first = next(iter(network.parameters()))
+        weights = sum(part.sum().item() for part in network.parameters())
         chosen = (getattr(network, "outputs", None), getattr(network, "scale", None))
-        key = (type(network).__name__, chosen, first.sum().item(), size)
+        key = (type(network).__name__, chosen, weights, size)
         if key not in made:
             made[key] = to_graph(network, size, **how)
         return made[key].clone()

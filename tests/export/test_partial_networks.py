@@ -14,6 +14,7 @@ from footprints_edge_export.convert import convert
 from footprints_edge_export.errors import ExportError
 from footprints_edge_export.partial_networks import EdgePart, ReferencePart
 from footprints_edge_models.networks.channels import raw_to_maps
+from footprints_edge_models.networks.edge import EdgeNetwork
 
 SIZE = (96, 128)
 
@@ -22,6 +23,16 @@ SIZE = (96, 128)
 def image():
     noise = torch.rand(1, 3, 12, 16, generator=torch.Generator().manual_seed(3))
     return torch.nn.functional.interpolate(noise, SIZE, mode="bicubic").clamp(0, 1)
+
+
+@pytest.fixture(scope="module")
+def two_decoders(edge_network):
+    """The edge network with a coarse decoder that has a say."""
+    torch.manual_seed(1)
+    network = EdgeNetwork(coarse_decoder=True)
+    network.load_state_dict(edge_network.state_dict(), strict=False)
+    torch.nn.init.normal_(network.coarse_head.weight, 0, 0.1)
+    return network.eval()
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +47,25 @@ def test_part_of_edge_is_those_channels_of_the_whole(edge_network, image, output
         part = EdgePart(edge_network, outputs, 1)(image)
     assert whole.std(dim=(2, 3)).min() > 1e-3
     torch.testing.assert_close(part, whole[:, list(OUTPUTS[outputs])])
+
+
+@pytest.mark.parametrize("outputs", OUTPUTS)
+def test_part_of_two_decoders_is_those_channels_of_the_whole(two_decoders, image, outputs):
+    with torch.no_grad():
+        whole = raw_to_maps(two_decoders(image))
+        part = EdgePart(two_decoders, outputs, 1)(image)
+    torch.testing.assert_close(part, whole[:, list(OUTPUTS[outputs])])
+
+
+def test_two_decoders_convert_as_their_weights_say(two_decoders, conversion, run, image, tmp_path):
+    checkpoint, path = tmp_path / "weights.pt", tmp_path / "a.onnx"
+    torch.save(two_decoders.state_dict(), checkpoint)
+    convert(checkpoint, path, conversion(size=SIZE), overwrite=False)
+    picture = (image * 255).byte()
+    with torch.no_grad():
+        expected = raw_to_maps(two_decoders(picture / 255))
+    (maps,) = run(onnx.load(path), picture.permute(0, 2, 3, 1).numpy())
+    np.testing.assert_allclose(maps, expected.numpy(), rtol=1e-3, atol=1e-4)
 
 
 @pytest.mark.parametrize("scale", [1, 2, 4])

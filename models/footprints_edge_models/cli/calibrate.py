@@ -57,7 +57,7 @@ def calibrate(
             raise typer.BadParameter("name DATA or --on, one of them: what to calibrate on")
         checkpoint = read_checkpoint(weights)
         spec = NETWORKS[arch]
-        network = spec.build().eval()
+        network = spec.build_for(checkpoint).eval()
         load_weights(network, checkpoint, str(weights))
         halves = [halves_of(folder) for folder in on or ()]
         if data is not None:

@@ -80,6 +80,10 @@ def edge(
     balance: BalanceOfPixels = Balance.NONE,
     relative_depth: RelativeDepth = 0.0,
     dice: Dice = 0.0,
+    coarse_decoder: Annotated[
+        bool,
+        typer.Option("--coarse-decoder", help="Add a second, coarse decoder: 1.2 times the time."),
+    ] = False,
     frozen_stages: Annotated[
         int,
         typer.Option(help="First stages of the encoder that do not learn, 0 to 7: faster."),
@@ -106,6 +110,7 @@ def edge(
             balance=balance.value,
             relative_depth=relative_depth,
             dice=dice,
+            coarse_decoder=coarse_decoder,
             frozen_stages=frozen_stages,
             decay=decay,
             minutes=minutes,

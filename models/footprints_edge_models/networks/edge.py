@@ -4,12 +4,17 @@ EfficientNet-Lite0 and a four-stage skip decoder with nothing in it that an int8
 fuse: zero padding, ReLU, nearest upsampling, concatenation, 3x3 convolutions. Its four outputs are
 predicted at half resolution and resized bilinearly.
 
+It may have a second decoder, as the paper has one for what is hidden. Hidden ground is smooth and
+needs context more than pixels, so this one is coarse: it leaves the first at 1/16, ends at 1/4, and
+its outputs are added to those of the first, which then have the borders left to say.
+
 Depth is predicted as the logarithm of metres: equal steps of the output are equal ratios of
 distance, so that neither a float16 nor a coarse activation before the last layer costs more far
 away than near by. It leaves the network as the paper's sigmoid disparity.
 """
 
 import math
+from collections.abc import Mapping, Sequence
 
 import torch
 import torch.nn.functional as F
@@ -24,6 +29,9 @@ from footprints_edge_models.networks.efficientnet_lite0 import (
 )
 
 DECODER_CHANNELS = (128, 64, 48, 32)
+"""Of the stages at 1/16, 1/8, 1/4 and 1/2; the first is of both decoders."""
+COARSE_DECODER_CHANNELS = (64, 48)
+"""Of the coarse decoder's own stages, at 1/8 and 1/4."""
 FOCAL_PX = 400.0
 """Focal length of the canonical camera its depths are for, in pixels of the input of any size.
 
@@ -78,34 +86,69 @@ def upsampling_filters(filters: torch.Tensor) -> torch.Tensor:
 
 
 class EdgeNetwork(nn.Module):
-    """RGB (B, 3, H, W) in [0, 1], sides multiples of 32, to raw channels (see :mod:`channels`)."""
+    """RGB (B, 3, H, W) in [0, 1], sides multiples of 32, to raw channels (see :mod:`channels`).
 
-    def __init__(self) -> None:
+    Args:
+        coarse_decoder: whether there is a second, coarse decoder. It begins without a say.
+    """
+
+    def __init__(self, *, coarse_decoder: bool = False) -> None:
         super().__init__()
         self.encoder = Lite0Encoder()
-        inputs, stages = FEATURE_CHANNELS[-1], []
-        for skip, outputs in zip(FEATURE_CHANNELS[-2::-1], DECODER_CHANNELS, strict=True):
-            stages.append(UpStage(inputs, skip, outputs))
-            inputs = outputs
-        self.stages = nn.ModuleList(stages)
-        self.head = nn.Conv2d(inputs, 4, 3, padding=1)
+        deepest, *skips = FEATURE_CHANNELS[::-1]
+        self.stages = _stages(deepest, skips, DECODER_CHANNELS)
+        context = DECODER_CHANNELS[0]
+        self.coarse_stages = (
+            _stages(context, skips[1:], COARSE_DECODER_CHANNELS) if coarse_decoder else None
+        )
+        self.head = nn.Conv2d(DECODER_CHANNELS[-1], 4, 3, padding=1)
+        self.coarse_head: nn.Conv2d | None = None
+        if coarse_decoder:
+            self.coarse_head = nn.Conv2d(COARSE_DECODER_CHANNELS[-1], 4, 3, padding=1, bias=False)
+            nn.init.zeros_(self.coarse_head.weight)
+
+    @property
+    def heads(self) -> list[nn.Conv2d]:
+        """The last convolutions, whose channels are those of the output."""
+        return [head for head in (self.head, self.coarse_head) if head is not None]
 
     def forward(self, image: torch.Tensor) -> torch.Tensor:
         """Raw channels (B, 4, H, W), float32."""
-        x = self.head(self.features(image)).float()
-        x = F.interpolate(x, scale_factor=2, mode="bilinear")
+        x = F.interpolate(self.half_size(image), scale_factor=2, mode="bilinear")
         return torch.cat([x[:, :2], log_depth_to_disparity(x[:, 2:])], dim=1)
 
     def scales(self, image: torch.Tensor) -> dict[str, torch.Tensor]:
         """The outputs by scale: one."""
         return {"1/1": self(image)}
 
-    def features(self, image: torch.Tensor) -> torch.Tensor:
-        """The input of the head, (B, 32, H/2, W/2)."""
+    def half_size(self, image: torch.Tensor) -> torch.Tensor:
+        """What the heads say, logits and unbounded depths: float32 (B, C, H/2, W/2)."""
         *skips, x = self.encoder((image * 255 - 127) / 128)
-        for stage, skip in zip(self.stages, reversed(skips), strict=True):
+        skips.reverse()
+        context = x = self.stages[0](x, skips[0])
+        for stage, skip in zip(self.stages[1:], skips[1:], strict=True):
             x = stage(x, skip)
-        return x  # type: ignore[no-any-return]
+        x = self.head(x).float()
+        if self.coarse_stages is None or self.coarse_head is None:
+            return x  # type: ignore[no-any-return]
+        coarse = context
+        for stage, skip in zip(self.coarse_stages, skips[1:], strict=False):
+            coarse = stage(coarse, skip)
+        coarse = self.coarse_head(coarse).float()
+        return x + F.interpolate(coarse, scale_factor=2, mode="bilinear")  # type: ignore[no-any-return]
+
+
+def edge_network_of(weights: Mapping[str, object]) -> EdgeNetwork:
+    """The network, still to be filled, that a state dict is of."""
+    return EdgeNetwork(coarse_decoder=any(str(key).startswith("coarse_") for key in weights))
+
+
+def _stages(inputs: int, skips: Sequence[int], channels: Sequence[int]) -> nn.ModuleList:
+    stages = nn.ModuleList()
+    for skip, outputs in zip(skips, channels, strict=False):
+        stages.append(UpStage(inputs, skip, outputs))
+        inputs = outputs
+    return stages
 
 
 def log_depth_to_disparity(x: torch.Tensor) -> torch.Tensor:
@@ -114,12 +157,12 @@ def log_depth_to_disparity(x: torch.Tensor) -> torch.Tensor:
     return depth_to_disparity(MIN_DEPTH_M * torch.exp(span * torch.sigmoid(x)))
 
 
-def pretrained_edge_network() -> EdgeNetwork:
+def pretrained_edge_network(*, coarse_decoder: bool = False) -> EdgeNetwork:
     """A network to train: ImageNet encoder, fresh decoder.
 
     Raises:
         ModelError: the package with the ImageNet weights is not installed.
     """
-    network = EdgeNetwork()
+    network = EdgeNetwork(coarse_decoder=coarse_decoder)
     network.encoder = imagenet_classifier().encoder
     return network

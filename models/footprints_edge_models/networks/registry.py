@@ -1,9 +1,14 @@
 """The networks by name. To add one, write its module and its row in ``NETWORKS``."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from footprints_edge_models.networks.edge import FOCAL_PX, EdgeNetwork, pretrained_edge_network
+from footprints_edge_models.networks.edge import (
+    FOCAL_PX,
+    EdgeNetwork,
+    edge_network_of,
+    pretrained_edge_network,
+)
 from footprints_edge_models.networks.reference import ReferenceNetwork
 
 Network = EdgeNetwork | ReferenceNetwork
@@ -18,6 +23,7 @@ class NetworkSpec:
     Attributes:
         name: as options and checkpoints name it.
         build: makes the network with random weights.
+        build_for: makes the network, to be filled, that a state dict is of.
         focal_px: focal length of the canonical camera that its depths are for, in pixels of its
             input; None where depths are as trained.
         licence: of its weights, where the caller states none.
@@ -27,20 +33,24 @@ class NetworkSpec:
     """
 
     name: str
-    build: Callable[[], Network]
+    build: Callable[..., Network]
+    build_for: Callable[[Mapping[str, object]], Network]
     focal_px: float | None
     licence: str
-    pretrained: Callable[[], Network] | None = None
+    pretrained: Callable[..., Network] | None = None
     notice: str = ""
 
 
 NETWORKS = {
     spec.name: spec
     for spec in (
-        NetworkSpec("edge", EdgeNetwork, FOCAL_PX, "unstated", pretrained_edge_network),
+        NetworkSpec(
+            "edge", EdgeNetwork, edge_network_of, FOCAL_PX, "unstated", pretrained_edge_network
+        ),
         NetworkSpec(
             "reference",
             ReferenceNetwork,
+            lambda _: ReferenceNetwork(),
             None,
             "Niantic Footprints licence: non-commercial use only",
             notice="The published checkpoints are licensed for non-commercial use only and may "

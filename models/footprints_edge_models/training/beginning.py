@@ -19,13 +19,17 @@ from footprints_edge_models.training.recipe import Recipe
 def initial_network(recipe: Recipe) -> tuple[Network, float, bool]:
     """The network, its canonical focal length, and whether its encoder is trained already."""
     spec = NETWORKS[recipe.network]
+    parts = {"coarse_decoder": True} if recipe.coarse_decoder else {}
     if recipe.init is None and spec.pretrained is not None:
-        return spec.pretrained(), FOCAL_PX, True
-    network, focal_px = spec.build(), None
+        return spec.pretrained(**parts), FOCAL_PX, True
+    network, focal_px = spec.build(**parts), None
     if recipe.init is not None:
         weights = read_checkpoint(Path(recipe.init))
-        load_weights(network, weights, recipe.init)
         focal_px = stated_focal_px(weights, recipe.init)
+        if recipe.coarse_decoder:  # one that the weights lack begins without a say
+            fresh = {k: v for k, v in network.state_dict().items() if k.startswith("coarse_")}
+            weights = {**fresh, **weights}
+        load_weights(network, weights, recipe.init)
     return network, focal_px or FOCAL_PX, recipe.init is not None
 
 

@@ -146,7 +146,7 @@ def _pixels(
 def _last_convolutions(network: Network) -> list[nn.Conv2d]:
     """The layers whose first two channels are the logits of the masks."""
     if isinstance(network, EdgeNetwork):
-        return [network.head]
+        return network.heads
     decoder = network.mask_decoder
     heads = (decoder.outconv1, decoder.outconv2, decoder.outconv3, decoder.outconv4[1])
     return [layer for head in heads for layer in head.modules() if isinstance(layer, nn.Conv2d)]

@@ -27,6 +27,7 @@ class Recipe:
         schedule: stages in order; small pictures first cost little and teach most.
         batch: pictures per step and process.
         network: name of the network, a key of ``NETWORKS``.
+        coarse_decoder: the network has a second, coarse decoder, see :mod:`networks.edge`.
         encoder_lr: peak learning rate of a pretrained encoder.
         decoder_lr: peak learning rate of everything else.
         weight_decay: weight decay of AdamW.
@@ -61,6 +62,7 @@ class Recipe:
     schedule: tuple[ScheduleStage, ...]
     batch: int = 12
     network: str = "edge"
+    coarse_decoder: bool = False
     encoder_lr: float = 3e-4
     decoder_lr: float = 1e-3
     weight_decay: float = 1e-2
@@ -96,30 +98,34 @@ class Recipe:
             raise TrainingError(
                 f"lambda {self.lambda_unknown}: the paper's lambda lies between 0 and 1"
             )
-        for name in ("hidden_weight", "footprint_weight", "minutes"):
-            value = getattr(self, name)
-            if value is not None and not 0 < value < math.inf:
-                raise TrainingError(f"{name.replace('_', ' ')} {value}: give a positive number")
+        self._refuse_odd_weights()
         if self.balance == "classes" and self.footprint_weight <= 1:
             raise TrainingError(
                 f"footprint weight {self.footprint_weight}: balance by classes tells footprints by "
                 "a weight above 1"
             )
-        for name in ("relative_depth", "dice"):
-            if not 0 <= getattr(self, name) < math.inf:
-                raise TrainingError(
-                    f"{name.replace('_', ' ')} {getattr(self, name)}: give a number from 0 on"
-                )
         for name, value in (("learning-rate scale", self.lr_scale), ("decay", self.decay)):
             if not 0 < value <= 1:
                 raise TrainingError(f"{name} {value}: give a factor above 0, at most 1")
         if self.decay_from is not None and self.init is not None:
             raise TrainingError("initial weights and a run to go on from: give one of them")
+        if self.coarse_decoder and self.network != "edge":
+            raise TrainingError(f"a coarse decoder: network {self.network} has none")
         stages = len(STAGES) if self.network == "edge" else 0
         if not 0 <= self.frozen_stages <= stages:
             raise TrainingError(
                 f"frozen stages {self.frozen_stages}: the encoder of {self.network} has {stages}"
             )
+
+    def _refuse_odd_weights(self) -> None:
+        for name in ("hidden_weight", "footprint_weight", "minutes"):
+            value = getattr(self, name)
+            if value is not None and not 0 < value < math.inf:
+                raise TrainingError(f"{name.replace('_', ' ')} {value}: give a positive number")
+        for name in ("relative_depth", "dice"):
+            value = getattr(self, name)
+            if not 0 <= value < math.inf:
+                raise TrainingError(f"{name.replace('_', ' ')} {value}: give a number from 0 on")
 
     @property
     def terms(self) -> LossTerms:
@@ -163,6 +169,7 @@ _FORMER_NAMES = {
 
 _FORMER_DEFAULTS = {
     "network": "edge",
+    "coarse_decoder": False,
     "hidden_weight": 1.0,
     "footprint_weight": FOOTPRINT_WEIGHT,
     "decay": 1.0,

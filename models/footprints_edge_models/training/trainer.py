@@ -293,7 +293,11 @@ def _go_on_from(state: RunState, source: Path) -> None:
     if not (source / "last.pt").exists():
         raise TrainingError(f"{source}: no last.pt of a run to go on from")
     stored = _read_state(source)
-    for name, what in (("network", "network"), ("frozen_stages", "frozen stages")):
+    for name, what in (
+        ("network", "network"),
+        ("coarse_decoder", "coarse decoder"),
+        ("frozen_stages", "frozen stages"),
+    ):
         theirs = stored["recipe"].get(name, getattr(Recipe, name))
         if theirs != getattr(state.recipe, name):
             raise TrainingError(f"{source}: its {what}: {theirs}; this run's must be the same")

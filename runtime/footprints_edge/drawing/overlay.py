@@ -74,6 +74,7 @@ def draw_overlay(prediction: GroundMaps, *, bev: bool = False) -> Image.Image:
 def _drawn(prediction: GroundMaps, *, bev: bool) -> Rgb:
     """uint8 (H, W, 3): what `draw_overlay` draws."""
     height, width = size = _canvas_size(prediction.image_size)
+    _require_depths(prediction)
     shown = prediction.shows_ground
     legend = np.asarray(
         draw_legend(
@@ -97,6 +98,11 @@ def _drawn(prediction: GroundMaps, *, bev: bool) -> Rgb:
 
         canvas[:, columns:] = np.asarray(draw_bev(prediction, rows))
     return canvas
+
+
+def _require_depths(prediction: GroundMaps) -> Floats:
+    """A file without depths is refused for every picture, not only for those that show ground."""
+    return prediction.visible_depth_m
 
 
 def _resized_mask(probability: Floats, threshold: float, size: Size) -> Mask:

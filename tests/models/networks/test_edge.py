@@ -13,6 +13,7 @@ from footprints_edge_models.networks.edge import (
     FOCAL_PX,
     EdgeNetwork,
     UpStage,
+    edge_network_of,
     former_focal_px,
     pretrained_edge_network,
 )
@@ -176,3 +177,22 @@ def test_frozen_stages_do_not_learn():
         if p.grad is None
     }
     assert idle == {"stem", "stages0", "stages1"}
+
+
+@torch.no_grad()
+def test_a_coarse_decoder_begins_without_a_say_and_then_has_one(network):
+    image = torch.rand(1, 3, 64, 96)
+    both = EdgeNetwork(coarse_decoder=True).eval()
+    missing = both.load_state_dict(network.state_dict(), strict=False).missing_keys
+    assert {name.split(".")[0] for name in missing} == {"coarse_stages", "coarse_head"}
+    torch.testing.assert_close(both(image), network(image))
+    both.coarse_head.weight[1] = 0.1
+    changed = both(image) - network(image)
+    assert changed[:, 1].abs().max() > 1e-3
+    assert not changed[:, [0, 2, 3]].any()
+
+
+def test_the_weights_say_which_network_they_are_of():
+    for coarse in (False, True):
+        weights = EdgeNetwork(coarse_decoder=coarse).state_dict()
+        edge_network_of(weights).load_state_dict(weights, strict=True)

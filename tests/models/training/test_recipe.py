@@ -84,6 +84,7 @@ def test_the_last_stage_goes_on_beyond_its_steps():
         ({"balance": "classes", "footprint_weight": 1.0}, "above 1"),
         ({"balance": "much"}, "none, classes, focal"),
         ({"frozen_stages": 8}, "edge has 7"),
+        ({"coarse_decoder": True, "network": "reference"}, "reference has none"),
         ({"frozen_stages": 1, "network": "reference"}, "reference has 0"),
         ({"decay_from": "run", "init": "weights.pt"}, "one of them"),
     ],
