@@ -136,7 +136,7 @@ def paint_bev(prediction: GroundMaps, layers: NDArray[np.uint32]) -> NDArray[np.
     place = np.arange(height_px) * rows // height_px
     values = cells[:, cut : cut + rows].take(place, axis=0).take(place, axis=1)
     offsets = np.arange(height_px * height_px, dtype=np.intp)
-    offsets += values.ravel() * np.intp(height_px * height_px)
+    offsets += values.ravel().astype(np.intp) * (height_px * height_px)
     return layers.take(offsets).view(np.uint8).reshape(height_px, height_px, 4)[..., :3]
 
 
