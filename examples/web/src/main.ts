@@ -55,9 +55,10 @@ function inTurn(job: () => Promise<void>): Promise<void> {
 
 async function analysePhoto(): Promise<void> {
   if (!photo) return;
+  const worker = await ready(); // where none starts, the photo is still there
   const given = photo;
   photo = null; // handed over: where that fails, it is lost
-  const result = await (await ready()).analyse(taskOf(given, PHOTO_PX));
+  const result = await worker.analyse(taskOf(given, PHOTO_PX));
   photo = { ...given, picture: result.picture };
   show(result);
   showSpeed(`${result.totalMs.toFixed(0)} ms`);
@@ -175,7 +176,7 @@ async function film(running: Camera): Promise<void> {
     const picture = await running.nextFrame();
     await inTurn(async () => {
       if (camera !== running) return;
-      const result = await (await ready()).analyse(taskOf({ picture, lens: null }, FILM_PX));
+      const result = await analyseFrame(picture);
       photo = { picture: result.picture, lens: null }; // the last frame stays when it stops
       show(result);
       finished.push(performance.now());
@@ -186,6 +187,16 @@ async function film(running: Camera): Promise<void> {
   if (camera === running) {
     stopCamera();
     notice("The camera has stopped. Start it again, or choose a photo.");
+  }
+}
+
+/** The next frame would fail as this one did, with a new worker each time: the camera stops. */
+async function analyseFrame(picture: ImageBitmap): Promise<Analysis> {
+  try {
+    return await (await ready()).analyse(taskOf({ picture, lens: null }, FILM_PX));
+  } catch (error) {
+    stopCamera();
+    throw error;
   }
 }
 

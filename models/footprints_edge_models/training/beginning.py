@@ -14,6 +14,7 @@ from footprints_edge_models.networks.checkpoint import (
 from footprints_edge_models.networks.edge import FOCAL_PX
 from footprints_edge_models.networks.registry import NETWORKS, Network
 from footprints_edge_models.training.recipe import Recipe
+from footprints_edge_models.training.schedule import TrainingError
 
 
 def initial_network(recipe: Recipe) -> tuple[Network, float, bool]:
@@ -29,6 +30,8 @@ def initial_network(recipe: Recipe) -> tuple[Network, float, bool]:
         if recipe.coarse_decoder:  # one that the weights lack begins without a say
             fresh = {k: v for k, v in network.state_dict().items() if k.startswith("coarse_")}
             weights = {**fresh, **weights}
+        elif any(str(key).startswith("coarse_") for key in weights):
+            raise TrainingError(f"{recipe.init}: has a coarse decoder: train with --coarse-decoder")
         load_weights(network, weights, recipe.init)
     return network, focal_px or FOCAL_PX, recipe.init is not None
 

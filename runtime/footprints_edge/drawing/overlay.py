@@ -250,8 +250,7 @@ def _blurred(mask: Mask, blur_px: float, size: Size) -> NDArray[np.uint8]:
     image = Image.fromarray(np.where(mask, np.uint8(255), np.uint8(0)))
     if mask.any():
         image = image.filter(ImageFilter.GaussianBlur(blur_px))
-    box = (0, 0, width / 2, height / 2)
-    return np.asarray(image.resize((width, height), Image.Resampling.BILINEAR, box))
+    return np.asarray(image.resize((width, height), Image.Resampling.BILINEAR))
 
 
 def _smooth(inverse_depth: Floats) -> Floats:

@@ -68,6 +68,7 @@ export class Analyst {
   }
 
   stop(): void {
+    this.waiting.clear(); // nobody is to be told that this one has ended
     this.worker.terminate();
   }
 

@@ -3,7 +3,7 @@
 import { readLens, type Lens } from "footprints-edge";
 
 /** What is said of the lens stands at the beginning of a file. */
-const LENS_BYTES = 2 ** 18;
+const LENS_BYTES = 2 ** 24;
 
 export interface Photo {
   picture: ImageBitmap;

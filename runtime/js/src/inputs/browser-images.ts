@@ -12,7 +12,7 @@ export type ImageSource = Blob | ArrayBuffer | Uint8Array | Pixels | ImageBitmap
 const MOST_CANVAS_PX = 4096 * 4096;
 
 /** What is said of the lens stands at the beginning of a file. */
-const LENS_BYTES = 2 ** 18;
+const LENS_BYTES = 2 ** 24;
 
 /**
  * Decodes a picture, upright.

@@ -49,7 +49,7 @@ export const UNKNOWN_LENS: Lens = { focal35mm: null, panorama: false };
  * Reads what a JPEG file says of its lens, by the rules of the Python runtime: digital zoom narrows the
  * view, and so does a crop, which shows in a shape other than the one that was taken.
  *
- * @param file The file's bytes; the first 256 KiB or so are enough.
+ * @param file The file's bytes; what comes before the picture itself is enough.
  * @returns Nothing known, if the file is no JPEG or what it states is broken.
  */
 export function readLens(file: ArrayBuffer): Lens {
@@ -85,6 +85,7 @@ function diagonal({ height, width }: Size): number {
  */
 function focalOfRest(focalMm: number, stated: Size, now: Size): number | null {
   if (!(Math.min(stated.height, stated.width) >= 1)) return focalMm;
+  if (!Number.isFinite(Math.max(stated.height, stated.width))) return focalMm; // a broken number
   const isUprightCrop = now.height === stated.height || now.width === stated.width; // an edge is whole
   const isTurned = stated.width > stated.height !== now.width > now.height && !isUprightCrop;
   const taken = isTurned ? { height: stated.width, width: stated.height } : stated; // by a program
