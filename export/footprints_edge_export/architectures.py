@@ -1,6 +1,6 @@
 """The networks that can be exported. To add one, add its row to ``ARCHITECTURES``."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,7 @@ class Architecture:
     """
 
     build: Callable[[], nn.Module]
-    build_for: Callable[[Mapping[str, object]], nn.Module]
+    build_for: Callable[[object], nn.Module]
     part: Callable[[Any, str, int], nn.Module]
     scales: tuple[int, ...]
     focal_px: float | None

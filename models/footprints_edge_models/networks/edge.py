@@ -138,9 +138,14 @@ class EdgeNetwork(nn.Module):
         return x + F.interpolate(coarse, scale_factor=2, mode="bilinear")  # type: ignore[no-any-return]
 
 
-def edge_network_of(weights: Mapping[str, object]) -> EdgeNetwork:
+def edge_network_of(weights: object) -> EdgeNetwork:
     """The network, still to be filled, that a state dict is of."""
-    return EdgeNetwork(coarse_decoder=any(str(key).startswith("coarse_") for key in weights))
+    return EdgeNetwork(coarse_decoder=has_coarse_decoder(weights))
+
+
+def has_coarse_decoder(weights: object) -> bool:
+    """Whether a state dict is of a network with a coarse decoder; anything else is not."""
+    return isinstance(weights, Mapping) and any(str(key).startswith("coarse_") for key in weights)
 
 
 def _stages(inputs: int, skips: Sequence[int], channels: Sequence[int]) -> nn.ModuleList:

@@ -1,6 +1,6 @@
 """The networks by name. To add one, write its module and its row in ``NETWORKS``."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from footprints_edge_models.networks.edge import (
@@ -34,7 +34,7 @@ class NetworkSpec:
 
     name: str
     build: Callable[..., Network]
-    build_for: Callable[[Mapping[str, object]], Network]
+    build_for: Callable[[object], Network]
     focal_px: float | None
     licence: str
     pretrained: Callable[..., Network] | None = None

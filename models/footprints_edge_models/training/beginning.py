@@ -11,7 +11,7 @@ from footprints_edge_models.networks.checkpoint import (
     read_checkpoint,
     stated_focal_px,
 )
-from footprints_edge_models.networks.edge import FOCAL_PX
+from footprints_edge_models.networks.edge import FOCAL_PX, has_coarse_decoder
 from footprints_edge_models.networks.registry import NETWORKS, Network
 from footprints_edge_models.training.recipe import Recipe
 from footprints_edge_models.training.schedule import TrainingError
@@ -27,11 +27,12 @@ def initial_network(recipe: Recipe) -> tuple[Network, float, bool]:
     if recipe.init is not None:
         weights = read_checkpoint(Path(recipe.init))
         focal_px = stated_focal_px(weights, recipe.init)
-        if recipe.coarse_decoder:  # one that the weights lack begins without a say
-            fresh = {k: v for k, v in network.state_dict().items() if k.startswith("coarse_")}
-            weights = {**fresh, **weights}
-        elif any(str(key).startswith("coarse_") for key in weights):
+        has_one = has_coarse_decoder(weights)
+        if has_one and not recipe.coarse_decoder:
             raise TrainingError(f"{recipe.init}: has a coarse decoder: train with --coarse-decoder")
+        if recipe.coarse_decoder and not has_one and isinstance(weights, dict):
+            fresh = {k: v for k, v in network.state_dict().items() if k.startswith("coarse_")}
+            weights = {**fresh, **weights}  # it begins without a say
         load_weights(network, weights, recipe.init)
     return network, focal_px or FOCAL_PX, recipe.init is not None
 

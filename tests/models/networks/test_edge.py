@@ -196,3 +196,4 @@ def test_the_weights_say_which_network_they_are_of():
     for coarse in (False, True):
         weights = EdgeNetwork(coarse_decoder=coarse).state_dict()
         edge_network_of(weights).load_state_dict(weights, strict=True)
+    assert edge_network_of(3).coarse_head is None  # no state dict: loading it says so

@@ -208,8 +208,7 @@ def _write_initial(path: Path, settings: KitSettings, init: Path | None) -> None
             raise DatasetError(f"network {spec.name}: no pretrained encoder; give initial weights")
         network, focal_px = spec.pretrained(), spec.focal_px
     else:
-        parts = {"coarse_decoder": True} if settings.recipe.get("coarse_decoder") else {}
-        network, weights = spec.build(**parts), read_checkpoint(init)
+        network, weights = spec.build(), read_checkpoint(init)
         load_weights(network, weights, str(init))
         focal_px = stated_focal_px(weights, str(init))
     save_weights(network, focal_px, path)
