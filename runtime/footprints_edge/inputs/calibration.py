@@ -12,7 +12,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge.errors import IntrinsicsError
+from footprints_edge.errors import IntrinsicsError, VideoError
+from footprints_edge.foundation.install_hint import install_hint
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.geometry.camera import Intrinsics
@@ -29,6 +30,9 @@ _COEFFICIENTS = {
 _MOST_PX = 64_000_000
 """Larger pictures are rectified at the reduced size that the network needs: the remap takes six
 bytes for each pixel."""
+
+_MOST_CHARACTERS = 1_000_000
+"""Of a calibration file; those that list all points of a chessboard have tens of thousands."""
 
 _SAME_SHAPE = 0.01
 """Relative difference of a picture's aspect ratio from the calibration's that is allowed."""
@@ -62,13 +66,18 @@ class Calibration:
         Raises:
             IntrinsicsError: If it cannot be read, or lacks the camera's matrix, its size or its
                 distortion.
-            VideoError: If OpenCV is missing.
+            VideoError: If PyYAML is missing.
         """
         path = Path(path)
         try:
-            text = path.read_text(encoding="utf-8")
+            with path.open(encoding="utf-8") as file:
+                text = file.read(_MOST_CHARACTERS + 1)
         except (OSError, UnicodeDecodeError) as error:
             raise IntrinsicsError(f"{path}: cannot be read as a calibration: {error}") from error
+        if len(text) > _MOST_CHARACTERS:
+            raise IntrinsicsError(
+                f"{path}: a calibration has at most {_MOST_CHARACTERS:,} characters"
+            )
         try:
             return _parsed(text)
         except IntrinsicsError as error:
@@ -168,32 +177,18 @@ class Calibration:
 
 
 def _parsed(text: str) -> Calibration:
-    cv2 = opencv()
-    if not text.lstrip().startswith("%YAML"):
-        text = "%YAML:1.0\n---\n" + text
-    try:
-        storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
-        matrix = _matrix(storage, "camera_matrix", "Camera_Matrix", "cameraMatrix", "K")
-        distortion = _matrix(
-            storage,
-            "distortion_coefficients",
-            "Distortion_Coefficients",
-            "distCoeffs",
-            "dist_coeffs",
-            "D",
-        )
-        width, height = (
-            _number(storage, *names)
-            for names in (
-                ("image_width", "image_Width", "width"),
-                ("image_height", "image_Height", "height"),
-            )
-        )
-        fisheye = _number(storage, "fisheye_model", "fisheye") or 0
-        node = storage.getNode("distortion_model")
-        name = node.string() if node.isString() else ""
-    except (cv2.error, SystemError) as error:  # its bindings wrap some parser errors
-        raise IntrinsicsError(f"not a calibration in YAML ({error})") from None
+    content = _yaml(text)
+    matrix = _matrix(content, "camera_matrix", "Camera_Matrix", "cameraMatrix", "K")
+    distortion = _matrix(
+        content,
+        "distortion_coefficients",
+        "Distortion_Coefficients",
+        "distCoeffs",
+        "dist_coeffs",
+        "D",
+    )
+    width = _number(content, "image_width", "image_Width", "width")
+    height = _number(content, "image_height", "image_Height", "height")
     if matrix is None or matrix.size != 9 or distortion is None or not width or not height:
         raise IntrinsicsError(
             "a calibration needs image_width, image_height, camera_matrix (3 x 3) and "
@@ -204,28 +199,60 @@ def _parsed(text: str) -> Calibration:
             f"the pictures of a calibration cannot be {width:g} x {height:g} pixels"
         )
     size = round(height), round(width)
-    return Calibration.of(size, matrix, "equidistant" if fisheye else name, distortion)
+    fisheye = _number(content, "fisheye_model", "fisheye")
+    stated = content.get("distortion_model", "")
+    model = stated if isinstance(stated, str) else ""
+    return Calibration.of(size, matrix, "equidistant" if fisheye else model, distortion)
 
 
-def _matrix(storage: Any, *names: str) -> NDArray[np.float64] | None:  # noqa: ANN401 - cv2's
-    """A matrix by one of its names: OpenCV's own type, or ROS's map of rows, cols and data."""
+def _yaml(text: str) -> dict[str, Any]:
+    """The entries of a YAML file; all numbers are strings still.
+
+    Not by OpenCV's own reader, which a spoiled file makes write where it must not.
+    """
+    try:
+        import yaml
+    except ModuleNotFoundError:
+        raise VideoError(
+            f"calibration files need the package PyYAML; {install_hint('video')}"
+        ) from None
+    head, _, rest = text.partition("\n")
+    if head.lstrip().startswith("%YAML"):  # "%YAML:1.0" of OpenCV, which YAML does not know
+        text = "\n" + rest
+    try:
+        content = yaml.load(text, Loader=yaml.BaseLoader)  # no tags, no objects
+    except yaml.MarkedYAMLError as error:  # its text would quote the file
+        line = error.problem_mark.line + 1 if error.problem_mark else 1
+        raise IntrinsicsError(f"not a calibration in YAML (line {line}: {error.problem})") from None
+    except yaml.YAMLError as error:
+        raise IntrinsicsError(f"not a calibration in YAML ({error})") from None
+    except RecursionError:
+        raise IntrinsicsError("not a calibration in YAML (its values are too deep)") from None
+    return content if isinstance(content, dict) else {}
+
+
+def _matrix(content: dict[str, Any], *names: str) -> NDArray[np.float64] | None:
+    """A matrix by one of its names: a map of rows, cols and data, or a list."""
     for name in names:
-        node = storage.getNode(name)
-        if node.empty():
-            continue
-        if node.isMap() and (data := node.getNode("data")).isSeq():
-            return np.array([data.at(i).real() for i in range(data.size())], np.float64)
-        if node.isSeq():
-            return np.array([node.at(i).real() for i in range(node.size())], np.float64)
-        found = node.mat()
-        if found is not None:
-            return np.asarray(found, np.float64)
+        if name in content:
+            stated = content[name]
+            numbers = stated.get("data") if isinstance(stated, dict) else stated
+            try:
+                return np.ravel(np.array(numbers, np.float64))
+            except (ValueError, TypeError):
+                raise IntrinsicsError(
+                    f"{name} of the calibration is not a matrix of numbers"
+                ) from None
     return None
 
 
-def _number(storage: Any, *names: str) -> float | None:  # noqa: ANN401 - cv2's
+def _number(content: dict[str, Any], *names: str) -> float | None:
     for name in names:
-        node = storage.getNode(name)
-        if not node.empty() and (node.isInt() or node.isReal()):
-            return float(node.real())
+        if name in content:
+            try:
+                return float(content[name])
+            except (ValueError, TypeError):
+                raise IntrinsicsError(
+                    f"{name} of the calibration is not a number but {str(content[name])[:40]!r}"
+                ) from None
     return None
