@@ -17,7 +17,7 @@ TORCH := torch==2.13.0 --find-links https://download.pytorch.org/whl/cpu/torch/ 
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint format types docs wheel js web test-web test-arm port-table clean
+.PHONY: help demo test fuzz lint format types docs wheel js web test-web test-arm port-table model-facts clean
 
 help: ## what can be made
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 10
@@ -78,6 +78,9 @@ port-table: $(VENV)/installed test-web ## run the test vectors in every port, pr
 	ONNXRUNTIME_NODE_INSTALL=skip npm --prefix examples/node ci
 	PYTHON=$(abspath $(VENV)/bin/python) tests/arm/fetch.sh build/arm
 	$(VENV)/bin/python tests/ports/run.py build/ports build/arm
+
+model-facts: $(VENV)/installed ## bring what pages and ports state of the bundled model up to date
+	$(VENV)/bin/python tests/support/model_facts.py
 
 clean: ## remove environments and builds
 	rm -rf $(VENV) $(DEMO_VENV) $(DOCS_VENV) build $(DIST) $(SITE) out $(WEB)/node_modules $(WEB)/dist $(JS)/node_modules $(JS)/dist $(JS)/model $(JS)/tests/fixtures

@@ -319,7 +319,3 @@ def test_it_is_of_the_version_of_the_python_package():
     cmake = (SOURCES / "CMakeLists.txt").read_text()
     version = re.search(r"footprints_edge VERSION ([0-9.]+)", cmake)[1]
     assert f'version = "{version}"' in (CHECKOUT / "pyproject.toml").read_text()
-
-
-def test_the_page_names_the_bundled_file(model):
-    assert model.sha256 in (CHECKOUT / "docs" / "native.md").read_text()
