@@ -10,9 +10,11 @@ from footprints_edge.cli.exit_codes import explained
 from footprints_edge_models.cli.options import (
     Balance,
     BalanceOfPixels,
+    CoarseDecoder,
     Data,
     Dice,
     FootprintWeight,
+    FrozenStages,
     HiddenWeight,
     Init,
     RelativeDepth,
@@ -38,6 +40,8 @@ def gpu_kit(
     balance: BalanceOfPixels = Balance.NONE,
     relative_depth: RelativeDepth = 0.0,
     dice: Dice = 0.0,
+    coarse_decoder: CoarseDecoder = False,
+    frozen_stages: FrozenStages = 0,
     seed: Seed = 0,
     research: Annotated[
         bool, typer.Option(help="Also take data whose licence allows research alone.")
@@ -65,6 +69,8 @@ def gpu_kit(
             "balance": balance.value,
             "relative_depth": relative_depth,
             "dice": dice,
+            "coarse_decoder": coarse_decoder,
+            "frozen_stages": frozen_stages,
         }
         settings = KitSettings(size_of(size), {}, seed, recipe)
         sizes = build_kit(

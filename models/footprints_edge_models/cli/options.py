@@ -35,6 +35,13 @@ RelativeDepth = Annotated[
     float, typer.Option(help="Weight of the relative depth loss beside the paper's.")
 ]
 Dice = Annotated[float, typer.Option(help="Weight of the soft Dice loss of both masks.")]
+CoarseDecoder = Annotated[
+    bool,
+    typer.Option("--coarse-decoder", help="Add a second, coarse decoder: 1.2 times the time."),
+]
+FrozenStages = Annotated[
+    int, typer.Option(help="First stages of the encoder that do not learn, 0 to 7: faster.")
+]
 Device = Annotated[str, typer.Option(help="cpu, cuda, or auto for cuda where there is one.")]
 Jobs = Annotated[
     int | None,

@@ -11,14 +11,17 @@ from footprints_edge_models.networks.checkpoint import (
     read_checkpoint,
     stated_focal_px,
 )
-from footprints_edge_models.networks.edge import FOCAL_PX, has_coarse_decoder
+from footprints_edge_models.networks.edge import FOCAL_PX, EdgeNetwork, has_coarse_decoder
 from footprints_edge_models.networks.registry import NETWORKS, Network
 from footprints_edge_models.training.recipe import Recipe
 from footprints_edge_models.training.schedule import TrainingError
 
 
 def initial_network(recipe: Recipe) -> tuple[Network, float, bool]:
-    """The network, its canonical focal length, and whether its encoder is trained already."""
+    """The network, its canonical focal length, and whether its encoder is trained already.
+
+    Frozen stages do not learn; what the weights lack of a coarse decoder begins without a say.
+    """
     spec = NETWORKS[recipe.network]
     parts = {"coarse_decoder": True} if recipe.coarse_decoder else {}
     if recipe.init is None and spec.pretrained is not None:
@@ -34,6 +37,8 @@ def initial_network(recipe: Recipe) -> tuple[Network, float, bool]:
             fresh = {k: v for k, v in network.state_dict().items() if k.startswith("coarse_")}
             weights = {**fresh, **weights}  # it begins without a say
         load_weights(network, weights, recipe.init)
+    if recipe.frozen_stages and isinstance(network, EdgeNetwork):
+        network.encoder.freeze(recipe.frozen_stages)
     return network, focal_px or FOCAL_PX, recipe.init is not None
 
 

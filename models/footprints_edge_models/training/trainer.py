@@ -16,7 +16,7 @@ from footprints_edge_models.asset_files.asset import Credit
 from footprints_edge_models.asset_files.credit_files import write_credits_file
 from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.networks.checkpoint import read_checkpoint
-from footprints_edge_models.networks.edge import EdgeNetwork, former_focal_px
+from footprints_edge_models.networks.edge import former_focal_px
 from footprints_edge_models.networks.registry import Network
 from footprints_edge_models.training.batches import Batch, BatchPlan, batches
 from footprints_edge_models.training.beginning import (
@@ -246,8 +246,6 @@ def _begin(recipe: Recipe, run: Path, device: torch.device, group: ProcessGroup)
     network.train()
     if pretrained:
         keep_statistics(network.encoder)
-    if recipe.frozen_stages and isinstance(network, EdgeNetwork):
-        network.encoder.freeze(recipe.frozen_stages)
     average = AveragedModel(
         network,
         multi_avg_fn=functools.partial(moving_average, recipe.ema_decay),

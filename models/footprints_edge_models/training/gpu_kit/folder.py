@@ -25,13 +25,8 @@ from footprints_edge_models.asset_files.pack import AssetPack
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.data.packed import datasets_in
-from footprints_edge_models.networks.checkpoint import (
-    load_weights,
-    read_checkpoint,
-    stated_focal_px,
-)
-from footprints_edge_models.networks.registry import NETWORKS
 from footprints_edge_models.sample import Sample
+from footprints_edge_models.training.beginning import initial_network
 from footprints_edge_models.training.gpu_kit.kit_settings import (
     ASSETS,
     INITIAL_WEIGHTS,
@@ -100,7 +95,12 @@ def build_kit(
         ModelError: the weights are not of the network.
     """
     # what the machine would refuse is refused here
-    Recipe((ScheduleStage.parse(f"{settings.size[0]}x{settings.size[1]}:1"),), **settings.recipe)
+    recipe = Recipe(
+        (ScheduleStage.parse(f"{settings.size[0]}x{settings.size[1]}:1"),),
+        seed=settings.seed,
+        init=None if init is None else str(init),
+        **settings.recipe,
+    )
     datasets = {name: each for name, each in datasets_in(data).items() if each.train}
     if not research:
         datasets = {name: each for name, each in datasets.items() if name in FREE_DATASETS}
@@ -116,7 +116,7 @@ def build_kit(
     shutil.copyfile(runner, folder / RUNNER)
     with tempfile.TemporaryDirectory() as scratch:
         write_credits_file(Path(scratch), _credits(datasets, init, assets))
-        _write_code(folder / CODE, settings, init, wheels, Path(scratch))
+        _write_code(folder / CODE, settings, recipe, wheels, Path(scratch))
     if assets is not None:
         most = min(int(ASSETS_SHARE * most_bytes), int(0.8 * _left(folder, most_bytes)))
         write_slim_pack(assets, folder / f"{ASSETS}.xz", most)
@@ -155,7 +155,7 @@ def _left(folder: Path, most_bytes: int) -> int:
 
 
 def _write_code(
-    path: Path, settings: KitSettings, init: Path | None, wheels: Path | None, scratch: Path
+    path: Path, settings: KitSettings, recipe: Recipe, wheels: Path | None, scratch: Path
 ) -> None:
     """The packages' sources, libraries that the machine lacks, settings and initial weights."""
     buffer = io.BytesIO()
@@ -179,8 +179,10 @@ def _write_code(
                         add(f"site/{name}", files.read(name))
         add(SETTINGS, settings.to_json().encode())
         add(CREDITS, (scratch / CREDITS).read_bytes())
+        torch.manual_seed(recipe.seed)
+        network, focal_px, _ = initial_network(recipe)
         weights = scratch / INITIAL_WEIGHTS
-        _write_initial(weights, settings, init)
+        save_weights(network, focal_px, weights)
         add(INITIAL_WEIGHTS, weights.read_bytes())
     write_atomically(path, lzma.compress(buffer.getvalue(), preset=6))
 
@@ -198,20 +200,6 @@ def _wheels(folder: Path | None, scratch: Path) -> Sequence[Path]:
             f"{error.stderr.strip()[-300:]}; give a folder of wheels"
         ) from error
     return sorted(scratch.glob("*.whl"))
-
-
-def _write_initial(path: Path, settings: KitSettings, init: Path | None) -> None:
-    spec = NETWORKS[settings.recipe.get("network", Recipe.network)]
-    torch.manual_seed(settings.seed)
-    if init is None:
-        if spec.pretrained is None:
-            raise DatasetError(f"network {spec.name}: no pretrained encoder; give initial weights")
-        network, focal_px = spec.pretrained(), spec.focal_px
-    else:
-        network, weights = spec.build(), read_checkpoint(init)
-        load_weights(network, weights, str(init))
-        focal_px = stated_focal_px(weights, str(init))
-    save_weights(network, focal_px, path)
 
 
 def _views(

@@ -10,6 +10,7 @@ from dataclasses import asdict
 
 import numpy as np
 import pytest
+import torch
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -20,7 +21,7 @@ from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.mixture import load_datasets
 from footprints_edge_models.data.packed import pack
 from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
-from footprints_edge_models.networks.edge import EdgeNetwork
+from footprints_edge_models.networks.edge import EdgeNetwork, pretrained_edge_network
 from footprints_edge_models.scenes.make import make_scenes
 from footprints_edge_models.scenes.storage.files import SceneSettings
 from footprints_edge_models.training.gpu_kit import folder as folder_of_kit
@@ -68,7 +69,7 @@ def kit(data, wheels, tmp_path_factory):
     folder = tmp_path_factory.mktemp("kits") / "kit"
     done = fp_train(
         *("gpu-kit", data, "-o", folder, "--wheels", wheels, "--max-mb", 10),
-        *("--research", "--size", "64x96"),
+        *("--research", "--size", "64x96", "--coarse-decoder", "--frozen-stages", "2"),
     )
     assert done.exit_code == 0, done.stderr
     return folder, json.loads(done.stdout)
@@ -164,7 +165,15 @@ def test_a_run_from_the_kit_alone(kit, tmp_path):
     assert [each["title"] for each in credits] == ["A chair", "photos of houses and rooms"]
     weights = read_checkpoint(out / "weights.pt")
     assert [asdict(each) for each in stated_credits(weights, "weights")] == credits
-    load_weights(EdgeNetwork(), weights, "weights")
+    network = EdgeNetwork(coarse_decoder=True)
+    load_weights(network, weights, "weights")
+    pretrained = pretrained_edge_network().encoder
+    for learnt, before in zip(network.encoder.stages[:4], pretrained.stages, strict=False):
+        same = [
+            torch.equal(a, b.half().float())
+            for a, b in zip(learnt.parameters(), before.parameters(), strict=True)
+        ]
+        assert all(same) == any(before is frozen for frozen in pretrained.stages[:2])
     with (out / "machine.csv").open() as file:
         machine = list(csv.DictReader(file))
     assert int(machine[-1]["pictures"]) > 0
