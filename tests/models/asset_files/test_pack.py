@@ -132,7 +132,8 @@ def test_an_odd_asset_costs_itself_alone(folder, tmp_path):
 )
 def test_a_mesh_of_impossible_numbers_costs_itself_alone(folder, tmp_path, good, bad, says):
     path = folder / "objects/street/car.glb"
-    assert good in (data := path.read_bytes())
+    data = path.read_bytes()
+    assert good in data
     path.write_bytes(data.replace(good, bad))
     report = pack_assets([folder], tmp_path / "assets.zip")
     assert "model" not in report.counts and report.counts["world"] == 1
