@@ -6,7 +6,6 @@ the output appears only when every check holds.
 
 import json
 import logging
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 from onnx_ir.passes.common import RemoveUnusedOpsetsPass
 
 from footprints_edge.engines.onnxruntime_engine import OnnxRuntimeEngine
+from footprints_edge.foundation.parts import part_folder
 from footprints_edge.foundation.version import __version__
 from footprints_edge.model import Model
 from footprints_edge.model_files.metadata import ModelMetadata
@@ -68,8 +68,8 @@ def convert(checkpoint: Path, output: Path, conversion: Conversion, *, overwrite
         VerificationError: the result differs from the checkpoint; no file is left behind.
     """
     job = Job.checked(checkpoint, output, conversion, overwrite=overwrite)
-    with tempfile.TemporaryDirectory(dir=output.parent, prefix=".fp-export-") as folder:
-        fp32 = to_fp32(export(job, Path(folder)))
+    with part_folder(output.parent) as folder:
+        fp32 = to_fp32(export(job, folder))
         artifact = to_ort(_TO_PRECISION[conversion.precision](fp32))
         report = to_report(artifact)
         _publish(artifact, report)

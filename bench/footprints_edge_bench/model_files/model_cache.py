@@ -4,7 +4,6 @@ import hashlib
 import json
 import os
 import shutil
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from PIL import Image
 
 from footprints_edge.errors import FootprintsError
+from footprints_edge.foundation.parts import part_folder
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.inputs.preprocessing import FILTER, preprocess
 from footprints_edge.model_files.metadata import ModelMetadata
@@ -118,12 +118,9 @@ class ModelCache:
         kept = self.folder / f"{name}-{sha256_of_bytes(text.encode())[:12]}"
         if not kept.is_dir():
             self.folder.mkdir(parents=True, exist_ok=True)
-            made = Path(tempfile.mkdtemp(dir=self.folder, prefix=".unfinished-"))
-            try:
+            with part_folder(self.folder) as made:
                 make(made)
                 made.replace(kept)
-            finally:
-                shutil.rmtree(made, ignore_errors=True)
         return kept
 
     def _checkpoint(self, network: str) -> Path:

@@ -24,7 +24,7 @@ from footprints_edge_models.asset_files.asset import (
     free_licence,
     upright,
 )
-from footprints_edge_models.asset_files.meshes import surfaces_of
+from footprints_edge_models.asset_files.meshes import check_mesh, surfaces_of
 from footprints_edge_models.asset_files.world_plan import WorldPlan, plan_of
 
 _ROLES = {"floor": "floor", "wall": "wall", "object": "object", "door_open": "object"}
@@ -159,6 +159,7 @@ def _surfaces(path: Path, nodes: Any) -> Iterator[Surface]:  # noqa: ANN401 - fr
         if not hasattr(mesh, "faces"):  # points and lines
             continue
         points = np.asarray(mesh.vertices, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+        check_mesh(mesh, points, str(path))
         rgb = facts.get("rgb")
         yield from surfaces_of(
             mesh,

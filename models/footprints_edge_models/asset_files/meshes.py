@@ -6,9 +6,32 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from footprints_edge_models.asset_files.asset import LONGEST_TEXTURE_PX, Surface, upright
+from footprints_edge_models.asset_files.asset import (
+    LONGEST_TEXTURE_PX,
+    AssetError,
+    Surface,
+    upright,
+)
 
 _GREY = (180, 180, 180)
+
+
+def check_mesh(mesh: object, points: NDArray[np.floating], source: str) -> None:
+    """Refuses a mesh that whoever follows its numbers, in C++ some, would lose the way in.
+
+    Args:
+        mesh: A `trimesh.Trimesh`.
+        points: (P, 3), its vertices.
+        source: What the message calls it.
+
+    Raises:
+        AssetError: If a triangle names a vertex that is not there, or one has no place.
+    """
+    faces = np.asarray(mesh.faces)  # type: ignore[attr-defined]
+    if len(faces) and (faces.min() < 0 or faces.max() >= len(points)):
+        raise AssetError(f"{source}: a triangle of vertex {faces.max()}, there are {len(points)}")
+    if not np.isfinite(points).all():
+        raise AssetError(f"{source}: a vertex is not at a finite place")
 
 
 def surfaces_of(

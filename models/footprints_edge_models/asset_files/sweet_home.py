@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge_models.asset_files.asset import Asset, AssetError, Credit, Surface
-from footprints_edge_models.asset_files.meshes import surfaces_of
+from footprints_edge_models.asset_files.meshes import check_mesh, surfaces_of
 
 TABLE = "PluginFurnitureCatalog.properties"
 
@@ -158,6 +158,8 @@ class SweetHomeCatalogue:
         count = sum(len(mesh.faces) for mesh in meshes)
         if count > MOST_TRIANGLES:
             raise AssetError(f"{entry.key}: {count} triangles, more than {MOST_TRIANGLES}")
+        for mesh in meshes:
+            check_mesh(mesh, np.asarray(mesh.vertices), f"{entry.key}: {entry.model}")
         placed = _placed([np.asarray(mesh.vertices, np.float64) for mesh in meshes], entry)
         surfaces: list[Surface] = []
         for mesh, points in zip(meshes, placed, strict=True):

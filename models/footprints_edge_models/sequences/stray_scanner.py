@@ -9,7 +9,6 @@ points up.
 
 import csv
 import shutil
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from footprints_edge.foundation.parts import new_part
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.preprocessing import resized
 from footprints_edge_models.sample import within
@@ -195,8 +195,9 @@ def _write_frames(
     video: cv2.VideoCapture, images: dict[int, Path], folder: Path, turns: int
 ) -> None:
     """Writes the frames to a folder beside the final one, and renames it."""
+    part = new_part(folder)
     try:
-        part = Path(tempfile.mkdtemp(prefix=".fp-", dir=folder))
+        part.mkdir()
     except OSError as error:
         raise SequenceError(
             f"{folder}: frames of the video are kept beside it, and nothing can be written here "

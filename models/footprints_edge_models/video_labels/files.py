@@ -18,6 +18,7 @@ from PIL import Image
 
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge.foundation.parts import remove_abandoned
 from footprints_edge.foundation.version import __version__
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.images import decode
@@ -144,9 +145,9 @@ def frame_names(folder: Path) -> list[str]:
 
 
 def remove_fragments(folder: Path) -> None:
-    """Remove files that a killed process left half written."""
-    for path in folder.rglob(".*.part"):
-        path.unlink(missing_ok=True)
+    """Remove files that killed processes of this machine left half written."""
+    for each in {path.parent for path in folder.rglob(".*.part")}:
+        remove_abandoned(each)
 
 
 def _flat(values: dict[str, Any], prefix: str = "") -> dict[str, Any]:

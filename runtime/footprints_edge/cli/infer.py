@@ -405,7 +405,15 @@ def _point(text: str) -> tuple[float, float]:
 
 
 def _close(batch: "Batch", *, quiet: bool) -> None:
-    """Reports notes, kept and failed results, and sets the exit code."""
+    """Reports notes, kept and failed results, and sets the exit code.
+
+    Beside results that are written anew nothing is left of a killed run; here beside those kept.
+    """
+    if batch.kept:
+        from footprints_edge.foundation.parts import remove_abandoned
+
+        for folder in {path.parent for path in batch.kept}:
+            remove_abandoned(folder)
     for note in () if quiet else batch.notes:
         complain(f"Note: {note}")
     if batch.kept and not quiet:

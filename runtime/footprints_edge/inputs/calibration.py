@@ -220,6 +220,9 @@ def _yaml(text: str) -> dict[str, Any]:
     if head.lstrip().startswith("%YAML"):  # "%YAML:1.0" of OpenCV, which YAML does not know
         text = "\n" + rest
     try:
+        if "*" in text and any(isinstance(each, yaml.AliasEvent) for each in yaml.parse(text)):
+            # a few of them make lists without end
+            raise IntrinsicsError("not a calibration in YAML (a value stands for another)")
         content = yaml.load(text, Loader=yaml.BaseLoader)  # no tags, no objects
     except yaml.MarkedYAMLError as error:  # its text would quote the file
         line = error.problem_mark.line + 1 if error.problem_mark else 1

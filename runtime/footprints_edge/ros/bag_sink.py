@@ -2,13 +2,13 @@
 
 from pathlib import Path
 from shutil import rmtree
-from tempfile import mkdtemp
 from typing import Any
 
 import numpy as np
 
 from footprints_edge.errors import BagError
 from footprints_edge.foundation.opencv import opencv
+from footprints_edge.foundation.parts import new_part
 from footprints_edge.maps.ground_maps import GroundMaps
 from footprints_edge.ros.bag_names import partial_bag
 from footprints_edge.ros.bag_source import BagFrame
@@ -104,8 +104,9 @@ class _McapBag:
     """rosbags writes a folder with an mcap file in it: the file is all that is kept."""
 
     def __init__(self, path: Path) -> None:
-        self._path, self._folder = path, Path(mkdtemp(prefix=f".{path.stem}.", dir=path.parent))
         library = rosbags()
+        self._path, self._folder = path, new_part(path.parent)
+        self._folder.mkdir()
         self._types = message_types(2)
         self._writer = library.rosbag2.Writer(
             self._folder / _NAME,

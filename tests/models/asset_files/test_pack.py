@@ -123,6 +123,24 @@ def test_an_odd_asset_costs_itself_alone(folder, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("good", "bad", "says"),
+    [
+        (np.uint32(7).tobytes(), np.uint32(10**9).tobytes(), "of vertex 1000000000"),
+        (np.float32(2.2).tobytes(), np.float32(np.nan).tobytes(), "finite place"),
+    ],
+    ids=["vertex", "place"],
+)
+def test_a_mesh_of_impossible_numbers_costs_itself_alone(folder, tmp_path, good, bad, says):
+    path = folder / "objects/street/car.glb"
+    data = path.read_bytes()
+    assert good in data
+    path.write_bytes(data.replace(good, bad))
+    report = pack_assets([folder], tmp_path / "assets.zip")
+    assert "model" not in report.counts and report.counts["world"] == 1
+    assert any("car.glb" in reason and says in reason for reason in report.skipped)
+
+
+@pytest.mark.parametrize(
     "path", ["objects/street/index.json", "worlds/hall.json", "textures/index.json"]
 )
 def test_what_not_everybody_may_use_stays_out(folder, tmp_path, path):

@@ -84,6 +84,19 @@ def test_a_second_run_keeps_results_and_does_not_read_them(infer, photos):
     assert len(infer(photos, "--overwrite").stdout.splitlines()) == 2
 
 
+@pytest.mark.parametrize("more", [[], ["--format", "overlay,json"]], ids=["all kept", "some new"])
+def test_a_run_that_completes_removes_what_a_killed_one_left(infer, photos, more):
+    assert infer(photos).exit_code == 0
+    die = (
+        "import os; from pathlib import Path; from footprints_edge.foundation.parts import *; "
+        f"new_part(Path({str(photos)!r})).touch(); os._exit(9)"
+    )
+    assert subprocess.call([sys.executable, "-c", die]) == 9
+    assert len(list(photos.glob(".*"))) == 1
+    assert infer(photos, *more).exit_code == 0
+    assert not list(photos.glob(".*"))
+
+
 def test_one_bad_file_among_good_ones(infer, photos):
     (photos / "broken.jpg").write_bytes(b"\xff\xd8\xff no")
     result = infer(photos, photos / "missing.jpg")

@@ -341,23 +341,40 @@ def test_without_rosbags_the_message_says_what_to_install(infer, bag, monkeypatc
     assert "footprints-edge[ros]" in result.stderr
 
 
-def test_ctrl_c_leaves_a_readable_part_under_another_name(tiny_path, tmp_path):
-    source = mcap_file(tmp_path, drive(150))
-    out = tmp_path / "out.mcap"
-    command = [sys.executable, "-m", "footprints_edge", source, "-o", out, "--model", tiny_path]
+def under_way(folder, out, model):
+    """A process that has begun to write the bag `out` beside its source."""
+    source = mcap_file(folder, drive(150))
+    command = [sys.executable, "-m", "footprints_edge", source, "-o", out, "--model", model]
     process = subprocess.Popen([*map(str, command), "--threads", "1"], stdout=subprocess.PIPE)
-    (tmp_path / "out.partial").mkdir()  # somebody's own
     deadline = time.monotonic() + 60
-    while not any(file.stat().st_size > 10_000 for file in tmp_path.glob(".out.partial.*/bag/*")):
+    while not any(file.stat().st_size > 10_000 for file in folder.glob(".fp-*.part/bag/*")):
         assert time.monotonic() < deadline and process.poll() is None
         time.sleep(0.02)
     assert not out.exists()
+    return process
+
+
+def test_ctrl_c_leaves_a_readable_part_under_another_name(tiny_path, tmp_path):
+    (tmp_path / "out.partial").mkdir()  # somebody's own
+    out = tmp_path / "out.mcap"
+    process = under_way(tmp_path, out, tiny_path)
     os.kill(process.pid, signal.SIGINT)
     stdout, _ = process.communicate(timeout=30)
     assert process.returncode == 130
     part = tmp_path / "out.partial.mcap"
     assert stdout.decode().split() == [str(part)]
     assert not out.exists() and (tmp_path / "out.partial").is_dir()
-    assert not list(tmp_path.glob(".out*"))
+    assert not list(tmp_path.glob(".*"))
     got = stamps(read(part)[TOPICS["grid"]])
     assert got == [stamp_of(index) for index in range(len(got))] and got
+
+
+def test_the_next_bag_removes_what_a_killed_run_left(infer, tiny_path, tmp_path):
+    (tmp_path / "short").mkdir()
+    bag = mcap_file(tmp_path / "short", drive(2))
+    process = under_way(tmp_path, tmp_path / "out.mcap", tiny_path)
+    process.kill()
+    process.communicate()
+    assert len(list(tmp_path.glob(".*"))) == 1
+    assert infer(bag, "-o", tmp_path / "other.mcap").exit_code == 0
+    assert not list(tmp_path.glob(".*"))
