@@ -74,7 +74,9 @@ test-arm: $(VENV)/installed ## run the model's files on 64-bit Arm, emulated (De
 	PYTHON=$(abspath $(VENV)/bin/python) tests/arm/fetch.sh build/arm
 	$(VENV)/bin/python tests/arm/check.py build/arm $(if $(PHOTOS),--photos $(PHOTOS)) $(if $(ARM_CPU),--cpu $(ARM_CPU))
 
-port-table: $(VENV)/installed test-web ## run the test vectors in every port, print how far each is from them
+port-table: $(VENV)/installed js $(WEB)/node_modules/installed ## run the test vectors in every port, print how far each is from them
+	$(VENV)/bin/python $(JS)/tests/make_fixtures.py
+	npm --prefix $(WEB) run build
 	ONNXRUNTIME_NODE_INSTALL=skip npm --prefix examples/node ci
 	PYTHON=$(abspath $(VENV)/bin/python) tests/arm/fetch.sh build/arm
 	$(VENV)/bin/python tests/ports/run.py build/ports build/arm

@@ -1,6 +1,7 @@
 """Walkable ground in a picture, in metres, with numpy, onnxruntime and Pillow alone.
 
-`embed_minimal.py MODEL PICTURE` writes ground.png, ground_depth_m.npy (metres), ground_plane.json;
+`embed_minimal.py MODEL PICTURE` writes ground.png, ground_depth_m.npy (metres), ground_plane.json.
+A crop or a digital zoom after the shot, which EXIF tells, and panoramas are not looked for.
 `embed_minimal.py MODEL VECTORS OUT` runs test vectors, for `fp-export check-vectors VECTORS OUT`.
 """
 
@@ -139,10 +140,9 @@ if source.is_dir():
             np.save(out / f"{name}.npy", array)
 else:
     image = ImageOps.exif_transpose(Image.open(source)).convert("RGB")
-    mm = image.getexif().get_ifd(0x8769).get(0xA405)  # FocalLengthIn35mmFilm
+    mm = image.getexif().get_ifd(0x8769).get(0xA405)  # of 35 mm film; no crop, no zoom: see above
     focal = max(image.size) / 2 / math.tan(math.radians(30))  # 60 degrees along the longer side
-    if mm:
-        focal = float(mm) * math.hypot(*image.size) / math.hypot(36, 24)
+    focal = float(mm) * math.hypot(*image.size) / math.hypot(36, 24) if mm else focal
     lens = np.array([focal, focal, (image.width - 1) / 2, (image.height - 1) / 2])
     found = find_ground(image, lens, input_size(*image.size))
     Image.fromarray(found["ground"]).resize(image.size).save("ground.png")

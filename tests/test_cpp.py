@@ -13,6 +13,7 @@ import onnx
 import onnxruntime
 import pytest
 from cpp_vectors import words_of
+from painted_room import painted
 from PIL import Image
 
 import footprints_edge as fp
@@ -96,16 +97,30 @@ def room(tmp_path_factory):
     return path
 
 
-def test_the_library_gives_the_vectors(library, model, vectors, tmp_path):
+def run_vectors(library, model, vectors, outputs):
+    """What the library makes of vectors, compared with them; nothing may be missing."""
+    picture = outputs / "picture.ppm"
     for entry in json.loads((vectors / "vectors.json").read_text())["vectors"]:
-        picture, outputs = tmp_path / "picture.ppm", tmp_path / "out" / entry["name"]
-        outputs.mkdir(parents=True)
+        (outputs / entry["name"]).mkdir()
         Image.open(vectors / entry["files"]["image"]).save(picture)
-        run(library.run_vectors, model.path, picture, outputs, *words_of(entry))
-    findings = check_vectors(vectors, tmp_path / "out")
+        words = words_of(entry)
+        run(library.run_vectors, model.path, picture, outputs / entry["name"], *words)
+    findings = check_vectors(vectors, outputs)
     assert {"input", "path_m of the port's maps"} <= {finding.quantity for finding in findings}
     assert not any("not checked" in str(finding) for finding in findings)
-    assert [str(finding) for finding in findings if not finding.holds] == []
+    return [str(finding) for finding in findings if not finding.holds]
+
+
+def test_the_library_gives_the_vectors(library, model, vectors, tmp_path):
+    assert run_vectors(library, model, vectors, tmp_path) == []
+
+
+def test_the_library_gives_a_painted_room(library, tmp_path):
+    """Whose maps no engine rounds."""
+    model, photo = painted(tmp_path)
+    write_vectors(model, tmp_path / "vectors", photo)
+    (tmp_path / "out").mkdir()
+    assert run_vectors(library, model, tmp_path / "vectors", tmp_path / "out") == []
 
 
 def nearest_free(prediction):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from model_facts import stated, states
+from painted_room import painted
 from PIL import Image
 
 import footprints_edge as fp
@@ -33,6 +34,15 @@ def vectors(model, tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def room(tmp_path_factory):
+    """A model and the vectors of a painted room, whose maps no engine rounds."""
+    folder = tmp_path_factory.mktemp("painted")
+    model, photo = painted(folder)
+    write_vectors(model, folder / "vectors", photo)
+    return model, folder / "vectors"
+
+
 def run(*words, **options):
     return subprocess.run(
         [*map(str, words)], check=True, capture_output=True, text=True, timeout=300, **options
@@ -54,6 +64,12 @@ def test_the_minimal_program_is_short_and_needs_three_packages():
 
 
 def test_the_minimal_program_gives_the_vectors(model, vectors, tmp_path):
+    run(sys.executable, EXAMPLES / "embed_minimal.py", model.path, vectors, tmp_path)
+    assert differing(vectors, tmp_path) == []
+
+
+def test_the_minimal_program_gives_a_painted_room(room, tmp_path):
+    model, vectors = room
     run(sys.executable, EXAMPLES / "embed_minimal.py", model.path, vectors, tmp_path)
     assert differing(vectors, tmp_path) == []
 
@@ -127,6 +143,12 @@ def node(node_modules):
 
 
 def test_node_gives_the_vectors(node, model, vectors, tmp_path):
+    node("vectors", model.path, vectors, tmp_path)
+    assert differing(vectors, tmp_path) == []
+
+
+def test_node_gives_a_painted_room(node, room, tmp_path):
+    model, vectors = room
     node("vectors", model.path, vectors, tmp_path)
     assert differing(vectors, tmp_path) == []
 

@@ -334,11 +334,12 @@ def load(
             execution provider into onnxruntime, such as `onnxruntime-ep-openvino`. There is no
             fallback to another engine. `Prediction.model.runtime` says which one ran.
         session_options: Configuration entries of onnxruntime's session, such as
-            `{"session.intra_op.allow_spinning": "0"}`.
+            `{"session.intra_op.allow_spinning": "0"}`; for `openvino`, properties of its CPU
+            plugin.
 
     Raises:
         ModelError: If the model is unknown, damaged or not a footprints-edge file, or if a
-            provider or engine is not available.
+            provider or engine is not available, or an engine refuses its options.
     """
     path = registry.resolve(None if model is None else os.fspath(model))
     opened = open_engine(

@@ -1,6 +1,6 @@
 """What the Python runtime makes of test vectors, as a port writes it; on Arm, too.
 
-python predict.py VECTORS OUT_DIR MODEL [ENGINE]
+python predict.py VECTORS OUT_DIR MODEL [ENGINE [OPTION=VALUE...]]
 """
 
 import io
@@ -17,8 +17,9 @@ from footprints_edge_export.verification.test_vectors import VectorImage, derive
 from footprints_edge_export.verification.vector_metres import metres, prediction_of
 
 
-def main(vectors: Path, outputs: Path, file: Path, engine: str) -> None:
-    model = fp.load(file, threads=1, engine=engine)
+def main(vectors: Path, outputs: Path, file: Path, engine: str, *options: str) -> None:
+    given = dict(each.split("=", 1) for each in options)
+    model = fp.load(file, threads=1, engine=engine, session_options=given or None)
     manifest = json.loads((vectors / "vectors.json").read_text())
     for entry in manifest["vectors"]:
         camera = fp.Intrinsics(**entry["image_intrinsics_px"])

@@ -1,10 +1,11 @@
 """The test vectors of the bundled model in every port, as the table of the documentation:
 `make port-table`.
 
-An x86 processor without VNNI saturates int8 sums where onnxruntime is not told otherwise;
-WebAssembly and Arm do not. So these two are held to vectors of exact sums, which
-`runtime/js/tests/make_fixtures.py` wrote, and the others to those that `fp-export vectors` writes
-on this machine.
+On an x86 processor without VNNI an engine's int8 sums saturate, each engine's in its own order,
+unless it is told otherwise; those of WebAssembly and Arm do not. So what runs onnxruntime on this
+machine is held to the vectors that `fp-export vectors` writes on it, and the others to vectors of
+exact sums, which `runtime/js/tests/make_fixtures.py` wrote. The last rows are the engines for
+Python as they are, against exact sums: what saturation costs.
 
     python run.py OUT_DIR [ARM_FOLDER]
 
@@ -33,6 +34,11 @@ from footprints_edge_export.verification.test_vectors import write_vectors  # no
 
 EXACT_VECTORS = CHECKOUT / "runtime" / "js" / "tests" / "fixtures" / "vectors"
 MODEL = fp.load().path
+ENGINES = {
+    "OpenVINO in floats": ("openvino", "LP_TRANSFORMS_MODE=NO"),
+    "OpenVINO as it is": ("openvino",),
+    "onnxruntime as it is": ("onnxruntime",),
+}
 PREDICT = CHECKOUT / "tests" / "arm" / "predict.py"
 
 
@@ -70,9 +76,10 @@ def in_cpp(vectors: Path, outputs: Path, build: Path) -> None:
 
 
 def main(folder: Path, arm: Path | None) -> None:
-    names = ("Python", "minimal Python", "Node", "C++", "OpenVINO")
+    names = ("Python", "minimal Python", "Node", "C++")
     here = {name: folder / name.replace(" ", "-") for name in names}
-    for old in (*here.values(), folder / "browser", folder / "arm64"):
+    exact = {"browser": folder / "browser"}
+    for old in (*here.values(), *(folder / each for each in ("browser", "arm64", *ENGINES))):
         shutil.rmtree(old, ignore_errors=True)
     vectors = folder / "vectors"
     write_vectors(fp.load(threads=1), vectors)
@@ -81,15 +88,16 @@ def main(folder: Path, arm: Path | None) -> None:
     run(sys.executable, minimal, MODEL, vectors, here["minimal Python"])
     run("node", "examples/node/run-vectors.js", MODEL, vectors, here["Node"])
     in_cpp(vectors, here["C++"], folder / "build-cpp")
-    run(sys.executable, PREDICT, vectors, here["OpenVINO"], MODEL, "openvino")
     print_table(vectors, here)
 
-    exact = {"browser": folder / "browser"}
     browser = ("npm", "--prefix", "examples/web", "test", "--", "vectors")
     run(*browser, PYTHON=sys.executable, VECTOR_OUTPUTS=exact["browser"])
     if arm is not None:
         exact["arm64 under qemu"] = folder / "arm64"
         on_arm(arm, "cortex-a76", PREDICT, EXACT_VECTORS, exact["arm64 under qemu"], MODEL)
+    for name, options in ENGINES.items():
+        exact[name] = folder / name
+        run(sys.executable, PREDICT, EXACT_VECTORS, exact[name], MODEL, *options)
     print()
     print_table(EXACT_VECTORS, exact)
 

