@@ -50,6 +50,11 @@ class Palette:
         self._main_wood = self.wood()
         self._main_metal = self.of("metal", gloss=0.25)
 
+    @property
+    def has_models(self) -> bool:
+        """Whether the scene is furnished from a pack of assets; others stay as they are."""
+        return self.library.models is not None
+
     def of(
         self,
         *kinds: str,

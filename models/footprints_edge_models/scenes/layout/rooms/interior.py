@@ -5,6 +5,7 @@ import numpy as np
 from footprints_edge_models.scenes.assets.materials import Material, Palette
 from footprints_edge_models.scenes.assets.things import Patch, Thing, box, joined, rectangle
 from footprints_edge_models.scenes.layout.floor_plans import FloorPlan, Rect, draw_plan
+from footprints_edge_models.scenes.layout.rooms import lived_in
 from footprints_edge_models.scenes.layout.rooms.furnishing import furnish
 from footprints_edge_models.scenes.layout.rooms.lighting import hang_lamps
 from footprints_edge_models.scenes.layout.rooms.room import Room
@@ -18,7 +19,8 @@ def draw_rooms(palette: Palette) -> Scene:
     rng = palette.rng
     plan = draw_plan(rng)
     half = plan.thickness_m / 2
-    rooms = [Room(rect.grown(-half), _draw_kind(rect, rng)) for rect in plan.rooms]
+    draw_kind = lived_in.draw_kind if palette.has_models else _draw_kind
+    rooms = [Room(rect.grown(-half), draw_kind(rect, rng)) for rect in plan.rooms]
     day = rng.random() < 0.85
     sky = draw_sky(palette, bright=2.5 if day else 0.12)
     common_floor = palette.floor()
