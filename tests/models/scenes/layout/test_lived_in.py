@@ -1,6 +1,7 @@
-"""Rooms as full as real ones: what stands where."""
+"""Rooms as full as real ones: what stands where, and that cameras look at it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from footprints_edge_models.scenes.assets.furniture import beds, storage
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
+from footprints_edge_models.scenes.assets.things import box, joined
 from footprints_edge_models.scenes.ground_truth import pixels
 from footprints_edge_models.scenes.layout.floor_plans import Rect
 from footprints_edge_models.scenes.layout.rooms.interior import draw_rooms
@@ -17,6 +19,10 @@ from footprints_edge_models.scenes.layout.rooms.lived_in import (
     furnish_seats,
 )
 from footprints_edge_models.scenes.layout.rooms.room import YAWS, Room, place_of
+from footprints_edge_models.scenes.layout.scene import Standpoint
+from footprints_edge_models.scenes.rendering.cameras import choose_camera
+from footprints_edge_models.scenes.rendering.geometry import geometry_of
+from footprints_edge_models.scenes.rendering.raycast import Triangles
 
 ROOM = Rect(0, 0, 5, 4)
 
@@ -101,9 +107,31 @@ def test_no_ground_is_free_below_a_covered_bed(scene_of, camera, truth_for):
     assert below.sum() > 50 and not (free & below).any()
 
 
+@pytest.mark.parametrize("sights", [True, False])
+def test_cameras_look_at_the_furniture_from_near(scene_of, plain, sights):
+    sofa = joined("sofa", [box(plain, (1.8, 0.9, 0.8), (0, 0, 0))]).at(2.0, 3.0)
+    lamp = joined("lamp", [box(plain, (0.4, 0.4, 1.5), (0, 0, 0))]).at(3.2, 3.0)
+    place = Standpoint(-9, -9, 9, 9, sights=((2.0, 3.0, 0.9, 0.8),) if sights else ())
+    scene = replace(scene_of(sofa, lamp), kind="rooms", standpoints=(place,))
+    geometry = geometry_of(scene)
+    solids, outlines = Triangles(geometry.points, geometry.triangles), Triangles(geometry.outlines)
+    shown = []
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        camera = choose_camera(scene, geometry, (60, 80), rng, solids, outlines)
+        x, y, ahead = (np.array([2.0, 3.0, 0.4]) - camera.position_m) @ camera.rotation
+        k = camera.intrinsics
+        across, down = k.fx * x / ahead + k.cx, k.fy * y / ahead + k.cy
+        shown.append(0 < ahead < 4 and 0 < across < 80 and 0 < down < 60)
+    assert np.mean(shown) >= 0.6 if sights else np.mean(shown) <= 0.4
+
+
 def test_scenes_without_models_keep_their_rooms():
     kinds = set(LIVED_IN) - {"seats", "shop"}
     assert kinds
     for seed in range(3):
         scene = draw_rooms(palette_of(seed))
+        assert not any(place.sights for place in scene.standpoints)
         assert not any(thing.label in {"cupboard", "footstool"} for thing in scene.things)
+        full = draw_rooms(palette_of(seed, models=SimpleNamespace()))
+        assert any(place.sights for place in full.standpoints)

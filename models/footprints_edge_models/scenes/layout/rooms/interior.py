@@ -1,5 +1,7 @@
 """Furnished interiors: a floor plan with walls, doors, windows, light and furniture."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from footprints_edge_models.scenes.assets.materials import Material, Palette
@@ -53,15 +55,31 @@ def draw_rooms(palette: Palette) -> Scene:
         tuple(lamps),
         sky,
         (ambient * warm, ambient, ambient / warm),
-        tuple(_standpoint(room.inside) for room in rooms),
+        tuple(_standpoint(room, aimed=palette.has_models) for room in rooms),
     )
 
 
-def _standpoint(inside: Rect) -> Standpoint:
-    """Where a camera may stand in a room, the more often the larger the room is."""
-    area = inside.width * inside.depth
-    free = inside.grown(-0.35)
-    return Standpoint(free.x0, free.y0, free.x1, free.y1, area)
+def _standpoint(room: Room, *, aimed: bool) -> Standpoint:
+    """Where a camera may stand in a room, the more often the larger the room is.
+
+    Those that are aimed look at its furniture, and stand in small rooms, too.
+    """
+    area = room.inside.width * room.inside.depth
+    free = room.inside.grown(-0.35)
+    place = Standpoint(free.x0, free.y0, free.x1, free.y1, area)
+    return replace(place, weight=area**0.5, sights=_sights(room)) if aimed else place
+
+
+def _sights(room: Room) -> tuple[tuple[float, float, float, float], ...]:
+    """The furniture of a room: where it stands, half of its width and its height, up to 1.2 m."""
+    found = []
+    for thing in room.things:
+        low, high = thing.extent
+        half_m = float((high - low)[:2].max() / 2)
+        if half_m > 0.2 and thing.outlines != ():
+            x, y = (thing.pose[:, :3] @ ((low + high) / 2) + thing.pose[:, 3])[:2]
+            found.append((float(x), float(y), min(half_m, 1.2), min(float(high[2]), 1.2)))
+    return tuple(found)
 
 
 def _ceiling(plan: FloorPlan, material: Material) -> Thing:
