@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footprints_edge_models.scenes.assets.textures.building import plaster_colour
 from footprints_edge_models.scenes.assets.textures.library import TextureKey, TextureLibrary
 
 
@@ -49,6 +50,11 @@ class Palette:
         self.last_models: dict[str, object] = {}
         self._main_wood = self.wood()
         self._main_metal = self.of("metal", gloss=0.25)
+
+    @property
+    def has_models(self) -> bool:
+        """Whether the scene is furnished from a pack of assets; others stay as they are."""
+        return self.library.models is not None
 
     def of(
         self,
@@ -116,7 +122,10 @@ class Palette:
         return self.of(*("fabric",) * 3, *kinds, tile_m=(0.15, 0.6), value=0.3, hue=0.08)
 
     def wall(self) -> Material:
-        """An indoor wall."""
+        """An indoor wall; half of those of rooms with models are painted, as smooth as most are."""
+        if self.has_models and self.rng.random() < 0.5:
+            red, green, blue = (float(value) for value in (plaster_colour(self.rng) / 0.8) ** 2.2)
+            return Material(TextureKey("blank", 2), 2.0, (red, green, blue))
         if self.rng.random() < 0.8:
             return self.of("plaster", tile_m=(1.5, 3.0))
         return self.of(

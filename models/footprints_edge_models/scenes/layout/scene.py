@@ -80,6 +80,7 @@ class Standpoint:
         level_m: height of the ground there.
         heights_m: least and greatest height of a camera; None: those of the scene's kind.
         look_deg: as in :class:`Scene`, for this place.
+        sights: what a camera there mostly looks at: (x, y), half of its width, height, in metres.
     """
 
     x0: float
@@ -90,6 +91,7 @@ class Standpoint:
     level_m: float = 0.0
     heights_m: tuple[float, float] | None = None
     look_deg: tuple[float, ...] = ()
+    sights: tuple[tuple[float, float, float, float], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,8 @@ from footprints_edge_models.scenes.vectors import cross
 CANDIDATES = 40
 MOST_SHARED = 0.4
 """Share of what a camera sees that an earlier camera of the scene may show about as large."""
+AIMED = 0.65
+"""Share of cameras that are held towards a piece of furniture, where a room names some."""
 _ALIKE = 1.6
 """Shown about as large: from distances that differ by less than this factor."""
 
@@ -120,14 +122,18 @@ def choose_camera(
         quality = (
             min(seen, 0.35) + min(kinds, 8) * 0.05 + min(len(furnishing) / met.size, 0.4) - close
         )
+        middle_m, far_m = (0.8, 1.6) if place.sights else (1.2, 2.2)
         open_view = (
-            float(np.median(depth)) > 1.2 and close < 0.2 and float(np.quantile(depth, 0.9)) > 2.2
+            float(np.median(depth)) > middle_m
+            and close < 0.2
+            and float(np.quantile(depth, 0.9)) > far_m
         )
         if earlier and (not open_view or _shown_before(camera, coarse, hits, earlier)):
             continue
         if fallback is None or quality > fallback[0]:
             fallback = (quality, camera)
-        if open_view and kinds >= wanted and (shy or 0.08 < seen < 0.75):
+        enough = min(wanted, 2) if place.sights else wanted  # a bed fills a picture by itself
+        if open_view and kinds >= enough and (shy or 0.08 < seen < 0.75):
             return camera
     if fallback is None:
         return None if earlier else _draw(scene, size, rng)[0]
@@ -174,6 +180,8 @@ def _draw(scene: Scene, size: Size, rng: np.random.Generator) -> tuple[Camera, S
         heading = rng.choice(scene.look_deg) + rng.normal(0, 14)
     else:
         heading = rng.uniform(-180, 180)
+    if place.sights and rng.random() < AIMED:
+        x, y, height, heading, pitch = _aimed(place, rng)
     roll = float(np.clip(rng.normal(0, 2), -6, 6))
     fov = float(np.clip(rng.normal(66, 13), 45, 95))
     hfov = fov if size[1] >= size[0] else max(40.0, fov * 0.72)
@@ -185,6 +193,24 @@ def _draw(scene: Scene, size: Size, rng: np.random.Generator) -> tuple[Camera, S
         size,
     )
     return camera, place
+
+
+def _aimed(place: Standpoint, rng: np.random.Generator) -> tuple[float, float, float, float, float]:
+    """A phone held towards a piece of furniture: x, y, height, heading and pitch, in degrees."""
+    area = np.array([half_m**2 for _, _, half_m, _ in place.sights])
+    chosen = int(rng.choice(len(area), p=area / area.sum()))
+    at_x, at_y, half_m, tall_m = place.sights[chosen]
+    around, away_m = rng.uniform(-np.pi, np.pi), half_m + rng.uniform(0.6, 2.6)
+    x = float(np.clip(at_x + away_m * np.cos(around), place.x0, place.x1))
+    y = float(np.clip(at_y + away_m * np.sin(around), place.y0, place.y1))
+    if rng.random() < 0.8:
+        height = float(np.clip(rng.normal(1.45, 0.2), 0.9, 1.9))
+    else:
+        height = float(rng.uniform(0.4, 1.9))
+    distance_m = max(0.5, float(np.hypot(at_x - x, at_y - y)))
+    down = np.degrees(np.arctan2(height - tall_m * rng.uniform(0.2, 0.8), distance_m))
+    heading = np.degrees(np.arctan2(at_y - y, at_x - x)) + rng.normal(0, 12)
+    return x, y, height, float(heading), float(np.clip(down + rng.normal(0, 6), -10, 50))
 
 
 def _height_within(

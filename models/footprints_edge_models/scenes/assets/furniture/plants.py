@@ -30,7 +30,7 @@ def potted(palette: Palette, height_m: float) -> list[ThingPart]:
     return parts
 
 
-@or_model("plant", "tree ", "cactus", "bamboo")
+@or_model("plant", "cactus", "bamboo")
 def plant(palette: Palette) -> Thing:
     """A plant that stands on the floor."""
     return joined("plant", potted(palette, float(palette.rng.uniform(0.6, 1.9))))

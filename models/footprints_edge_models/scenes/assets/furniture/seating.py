@@ -155,3 +155,12 @@ def sofa(palette: Palette, seats: int) -> Thing:
     if lift > 0.05:
         parts += four_legs(palette.main_wood(), wide, deep, lift + 0.05, 0.05, 0.05)
     return joined("sofa" if seats > 1 else "armchair", parts)
+
+
+def footstool(palette: Palette) -> Thing:
+    """A soft stool to an armchair, on short legs."""
+    wide, deep, high = (float(v) for v in palette.rng.uniform((0.45, 0.4, 0.34), (0.8, 0.6, 0.46)))
+    lift = float(palette.rng.choice([0.02, 0.1]))
+    parts = [cushion(palette.cloth(), (wide, deep, high - lift), (0, 0, lift), squareness=0.15)]
+    parts += four_legs(palette.main_wood(), wide, deep, lift + 0.03, 0.05, 0.04)
+    return joined("footstool", parts)

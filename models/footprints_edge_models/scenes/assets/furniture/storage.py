@@ -47,6 +47,30 @@ cabinet = or_model(
 """A cabinet, or a 3D model of one."""
 
 
+def fitted_cupboard(palette: Palette, width_m: float, depth_m: float, height_m: float) -> Thing:
+    """A built-in wardrobe or a wall of office cupboards: doors from a plinth to the top."""
+    rng = palette.rng
+    door, knob = palette.panel(), palette.metal()
+    plinth = float(rng.choice([0.0, 0.05, 0.09]))
+    parts = [box(palette.dark(), (width_m, depth_m - 0.03, height_m), (0, 0.015, 0))]
+    columns = max(1, round(width_m / rng.uniform(0.4, 0.75)))
+    low = plinth
+    upper = height_m - plinth - float(rng.choice([0.0, 0.45]))  # some have small doors above
+    for tall in (upper, height_m - plinth - upper):
+        wide = width_m / columns
+        for index in range(columns if tall else 0):
+            x = (index + 0.5) * wide - width_m / 2
+            panel = (wide - 0.006, 0.03, tall - 0.006)
+            parts.append(box(door, panel, (x, 0.015 - depth_m / 2, low + 0.003)))
+            side = wide * (0.4 if index % 2 == 0 else -0.4)
+            at = (x + side, -depth_m / 2 - 0.012, low + min(tall * 0.5, 1.0))
+            parts.append(box(knob, (0.016, 0.024, float(rng.choice([0.03, 0.15]))), at))
+        low += tall
+    sides = [(sx * (width_m / 2 - 0.004), 0.0, 0.0) for sx in (-1, 1)]
+    parts += [box(door, (0.012, depth_m - 0.03, height_m), at) for at in sides]
+    return joined("cupboard", parts)
+
+
 def fronts(
     front: Material,
     knob: Material,

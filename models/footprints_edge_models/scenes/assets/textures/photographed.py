@@ -204,7 +204,7 @@ def _varied(tile: NDArray[np.uint8], category: str, rng: np.random.Generator) ->
     mean = np.array(cv2.mean(tile)[:3])
     contrast = float(rng.uniform(0.7, 1.4))
     if category in PAINTED:
-        relief = contrast * float(rng.choice([0.12, 0.3, 0.7]))
+        relief = contrast * float(rng.choice([0.05, 0.12, 0.25]))
         paint = plaster_colour(rng)[:, None] * 255
         linear = paint * np.full((1, 3), relief / (3 * max(mean.mean(), 1.0)))
         constant = paint * (1 - relief)

@@ -16,6 +16,7 @@ from footprints_edge_models.scenes.layout.rooms.home_rooms import (
     furnish_kitchen,
     furnish_living,
 )
+from footprints_edge_models.scenes.layout.rooms.lived_in import LIVED_IN
 from footprints_edge_models.scenes.layout.rooms.room import Room
 from footprints_edge_models.scenes.layout.rooms.work_rooms import (
     furnish_corridor,
@@ -32,8 +33,9 @@ CROWDED = 0.75
 def furnish(palette: Palette, room: Room) -> None:
     """Fill a room with what its kind needs and what any room may have."""
     rng = palette.rng
-    FURNISHERS[room.kind](palette, room)
-    if room.kind not in {"corridor", "bathroom", "store"}:
+    furnishers = FURNISHERS | LIVED_IN if palette.has_models else FURNISHERS
+    furnishers[room.kind](palette, room)
+    if room.kind not in {"corridor", "bathroom", "store", "seats", "shop"}:
         _line_walls(palette, room)
     _hang(palette, room)
     if rng.random() < CROWDED:

@@ -1,10 +1,13 @@
 """Furnished interiors: a floor plan with walls, doors, windows, light and furniture."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from footprints_edge_models.scenes.assets.materials import Material, Palette
 from footprints_edge_models.scenes.assets.things import Patch, Thing, box, joined, rectangle
 from footprints_edge_models.scenes.layout.floor_plans import FloorPlan, Rect, draw_plan
+from footprints_edge_models.scenes.layout.rooms import lived_in
 from footprints_edge_models.scenes.layout.rooms.furnishing import furnish
 from footprints_edge_models.scenes.layout.rooms.lighting import hang_lamps
 from footprints_edge_models.scenes.layout.rooms.room import Room
@@ -18,7 +21,8 @@ def draw_rooms(palette: Palette) -> Scene:
     rng = palette.rng
     plan = draw_plan(rng)
     half = plan.thickness_m / 2
-    rooms = [Room(rect.grown(-half), _draw_kind(rect, rng)) for rect in plan.rooms]
+    draw_kind = lived_in.draw_kind if palette.has_models else _draw_kind
+    rooms = [Room(rect.grown(-half), draw_kind(rect, rng)) for rect in plan.rooms]
     day = rng.random() < 0.85
     sky = draw_sky(palette, bright=2.5 if day else 0.12)
     common_floor = palette.floor()
@@ -51,15 +55,31 @@ def draw_rooms(palette: Palette) -> Scene:
         tuple(lamps),
         sky,
         (ambient * warm, ambient, ambient / warm),
-        tuple(_standpoint(room.inside) for room in rooms),
+        tuple(_standpoint(room, aimed=palette.has_models) for room in rooms),
     )
 
 
-def _standpoint(inside: Rect) -> Standpoint:
-    """Where a camera may stand in a room, the more often the larger the room is."""
-    area = inside.width * inside.depth
-    free = inside.grown(-0.35)
-    return Standpoint(free.x0, free.y0, free.x1, free.y1, area)
+def _standpoint(room: Room, *, aimed: bool) -> Standpoint:
+    """Where a camera may stand in a room, the more often the larger the room is.
+
+    Those that are aimed look at its furniture, and stand in small rooms, too.
+    """
+    area = room.inside.width * room.inside.depth
+    free = room.inside.grown(-0.35)
+    place = Standpoint(free.x0, free.y0, free.x1, free.y1, area)
+    return replace(place, weight=area**0.5, sights=_sights(room)) if aimed else place
+
+
+def _sights(room: Room) -> tuple[tuple[float, float, float, float], ...]:
+    """The furniture of a room: where it stands, half of its width and its height, up to 1.2 m."""
+    found = []
+    for thing in room.things:
+        low, high = thing.extent
+        half_m = float((high - low)[:2].max() / 2)
+        if half_m > 0.2 and thing.outlines != ():
+            x, y = (thing.pose[:, :3] @ ((low + high) / 2) + thing.pose[:, 3])[:2]
+            found.append((float(x), float(y), min(half_m, 1.2), min(float(high[2]), 1.2)))
+    return tuple(found)
 
 
 def _ceiling(plan: FloorPlan, material: Material) -> Thing:
