@@ -56,7 +56,6 @@ it("shows walkable ground over the camera, and asks no other host", async () => 
     { timeout: 40_000 * PATIENCE, polling: 500 },
   );
   const hosts = new Set(visit.requests.filter((each) => !/^(blob|data):/.test(each)).map((each) => new URL(each).host));
-  if (process.env.SCREENSHOT) await visit.page.screenshot({ path: process.env.SCREENSHOT });
   expect([...hosts]).toEqual([new URL(url).host]);
   expect(visit.errors.filter((error) => !error.includes("favicon") && !error.includes("404"))).toEqual([]);
 });
