@@ -17,7 +17,8 @@ def known_pose_command(
 ) -> None:
     """Score hidden ground by what is known of the pose.
 
-    That is: its depth, with nothing given, the camera's height, its angles, and all of them.
+    That is: its depth, with nothing given, the camera's height, its angles, and all of them; and
+    the median of predicted / true distance over all ground.
     The intrinsics are the true ones. Prints a table as Markdown.
 
     Exit codes: 0 done, 2 usage error, 3 model problem.

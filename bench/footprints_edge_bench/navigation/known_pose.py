@@ -1,7 +1,7 @@
 """What a known camera height, pitch and roll are worth: the depth of hidden ground with each."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,14 +26,27 @@ KNOWN: Mapping[str, Callable[[GroundPlane], CameraPose]] = {
 """What is known of the true ground plane, by the name of the row."""
 
 
+@dataclass(frozen=True)
+class PoseScore:
+    """One image with one kind of knowledge.
+
+    Attributes:
+        hidden: depth scores of truly hidden ground.
+        distance: median of predicted / true depth of all true ground.
+    """
+
+    hidden: DepthScores
+    distance: float
+
+
 def score_known_poses(
     benchmark: Benchmark, progress: Callable[[str], None]
-) -> dict[str, list[DepthScores]]:
-    """Depth scores of truly hidden ground, by what is known, for the first model.
+) -> dict[str, list[PoseScore]]:
+    """Scores of every image by what is known, for the first model.
 
     Images that show no hidden ground, or whose true ground is not one plane, are left out.
     """
-    scores: dict[str, list[DepthScores]] = {row: [] for row in KNOWN}
+    scores: dict[str, list[PoseScore]] = {row: [] for row in KNOWN}
     for item in benchmark.items():
         ground_truth = item.load()
         model = next(iter(benchmark.models.values()))
@@ -53,22 +66,25 @@ def score_known_poses(
         for row, known in KNOWN.items():
             posed: Prediction = replace(plain, pose=known(plane)).flattened()
             found_m = resize_depth(posed.unmasked_ground_depth_m, ground_truth.size)
-            scores[row].append(depth(found_m, true_m))
+            there = ground_truth.ground_depth_m > 0
+            ratio = np.median(found_m[there] / ground_truth.ground_depth_m[there])
+            scores[row].append(PoseScore(depth(found_m, true_m), float(ratio)))
     return scores
 
 
-def as_markdown(scores: Mapping[str, Sequence[DepthScores]]) -> str:
-    """A table of means over images."""
+def as_markdown(scores: Mapping[str, Sequence[PoseScore]]) -> str:
+    """A table of means over images; of the distance, the median."""
     rows = [
         [
             row,
-            f"{np.mean([score.a1 for score in of_row]):.3f}" if of_row else "-",
-            f"{np.mean([score.abs_rel for score in of_row]):.3f}" if of_row else "-",
+            f"{np.mean([score.hidden.a1 for score in of_row]):.3f}" if of_row else "-",
+            f"{np.mean([score.hidden.abs_rel for score in of_row]):.3f}" if of_row else "-",
+            f"{np.median([score.distance for score in of_row]):.3f}" if of_row else "-",
         ]
         for row, of_row in scores.items()
     ]
     count = max((len(of_row) for of_row in scores.values()), default=0)
     return (
         f"## Depth of hidden ground by what is known of the camera: {count} images\n\n"
-        f"{markdown_table(['Known', 'a1', 'Abs. rel.'], rows)}\n"
+        f"{markdown_table(['Known', 'a1', 'Abs. rel.', 'Predicted / true distance'], rows)}\n"
     )
