@@ -1,6 +1,9 @@
-"""Exports are slow: each is made once a session, and each network's graph is made once."""
+"""Exports are slow: each is made once, and so is each network's graph, for all test processes."""
 
 import functools
+import hashlib
+import os
+import pickle
 
 import numpy as np
 import onnx
@@ -8,6 +11,7 @@ import onnx_ir as ir
 import onnxruntime as ort
 import pytest
 import torch
+from filelock import FileLock
 from onnx import TensorProto
 from PIL import Image
 
@@ -21,6 +25,27 @@ from footprints_edge_models.networks.reference import ReferenceNetwork
 torch.set_num_threads(1)  # small pictures: threads cost more than they give
 
 TRAINING = "nothing: random weights"
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory):
+    """The function that makes something in a folder of its own, once for all test processes.
+
+    What ``make(folder)`` returns is pickled: the processes that come later get it from there.
+    """
+    base = tmp_path_factory.getbasetemp()
+    if os.environ.get("PYTEST_XDIST_WORKER"):
+        base = base.parent  # the folder of all processes
+
+    def give(name, make):
+        folder, result = base / f"once-{name}", base / f"once-{name}.pickle"
+        with FileLock(base / f"once-{name}.lock"):
+            if not result.is_file():
+                folder.mkdir(exist_ok=True)
+                result.write_bytes(pickle.dumps(make(folder)))
+        return pickle.loads(result.read_bytes())
+
+    return give
 
 
 @pytest.fixture(scope="session")
@@ -63,7 +88,7 @@ def edge_checkpoint(edge_network, tmp_path_factory):
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _graphs_once():
+def _graphs_once(once):
     """Remember the exporter's graph by architecture, weights and size."""
     made, to_graph = {}, convert_module.to_graph
 
@@ -72,7 +97,12 @@ def _graphs_once():
         chosen = (getattr(network, "outputs", None), getattr(network, "scale", None))
         key = (type(network).__name__, chosen, weights, size)
         if key not in made:
-            made[key] = to_graph(network, size, **how)
+            name = f"graph-{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}"
+
+            def make(_folder):
+                return to_proto(to_graph(network, size, **how)).SerializeToString()
+
+            made[key] = ir.from_proto(onnx.load_from_string(once(name, make)))
         return made[key].clone()
 
     with pytest.MonkeyPatch.context() as patch:
@@ -110,10 +140,23 @@ def conversion():
 
 
 @pytest.fixture(scope="session")
-def edge_fp32(edge_checkpoint, conversion, tmp_path_factory):
+def converted(once, edge_checkpoint):
+    """The function that converts the edge network in a folder of this name: file and report."""
+
+    def give(name, wanted):
+        def make(folder):
+            path = folder / "edge.onnx"
+            return path, convert(edge_checkpoint, path, wanted, overwrite=False)
+
+        return once(name, make)
+
+    return give
+
+
+@pytest.fixture(scope="session")
+def edge_fp32(converted, conversion):
     """The edge network for any size, in its own folder, and the report."""
-    path = tmp_path_factory.mktemp("fp32") / "edge.onnx"
-    return path, convert(edge_checkpoint, path, conversion(), overwrite=False)
+    return converted("fp32", conversion())
 
 
 SMALL = (64, 96)
@@ -121,39 +164,33 @@ MIDDLE = (96, 128)
 
 
 @pytest.fixture(scope="session")
-def edge_fixed(edge_checkpoint, conversion, tmp_path_factory):
+def edge_fixed(converted, conversion):
     """The edge network for (64, 96)."""
-    path = tmp_path_factory.mktemp("fixed") / "edge.onnx"
-    return path, convert(edge_checkpoint, path, conversion(size=SMALL), overwrite=False)
+    return converted("fixed", conversion(size=SMALL))
 
 
 @pytest.fixture(scope="session")
-def mobile(edge_checkpoint, conversion, tmp_path_factory):
+def mobile(converted, conversion):
     """The edge network for phones, float32, and its report."""
-    path = tmp_path_factory.mktemp("mobile") / "edge.onnx"
-    wanted = conversion(size=SMALL, target="mobile")
-    return path, convert(edge_checkpoint, path, wanted, overwrite=False)
+    return converted("mobile", conversion(size=SMALL, target="mobile"))
 
 
 @pytest.fixture(scope="session")
-def half(edge_checkpoint, conversion, tmp_path_factory):
+def half(converted, conversion):
     """The edge network for the web with weights in half precision, and its report."""
-    path = tmp_path_factory.mktemp("half") / "edge.onnx"
-    wanted = conversion(size=SMALL, target="web", precision="fp16")
-    return path, convert(edge_checkpoint, path, wanted, overwrite=False)
+    return converted("half", conversion(size=SMALL, target="web", precision="fp16"))
 
 
 @pytest.fixture(scope="session")
-def make_int8(edge_checkpoint, conversion, photos, tmp_path_factory):
+def make_int8(converted, conversion, photos):
     """The function that gives the int8 file for (64, 96) and a kind of CPU, and its report."""
 
     @functools.cache
     def make(target):
-        path = tmp_path_factory.mktemp("int8") / "edge.onnx"
         wanted = conversion(
             size=SMALL, precision="int8", calibration=(photos,), target=target, name="small"
         )
-        return path, convert(edge_checkpoint, path, wanted, overwrite=False)
+        return converted(f"int8-{target}", wanted)
 
     return make
 
@@ -208,12 +245,22 @@ def session(model, *, optimised=True, write=None):
 
 
 @pytest.fixture(scope="session")
-def run():
+def running():
+    """The function that loads a model, once, and gives its outputs for one input after another."""
+
+    def load(model, **how):
+        given = session(model, **how)
+        return lambda feed: given.run(None, {given.get_inputs()[0].name: feed})
+
+    return load
+
+
+@pytest.fixture(scope="session")
+def run(running):
     """The function that gives a model's outputs for one input."""
 
     def give(model, feed, **how):
-        given = session(model, **how)
-        return given.run(None, {given.get_inputs()[0].name: feed})
+        return running(model, **how)(feed)
 
     return give
 
@@ -241,19 +288,20 @@ def reference_network():
 
 
 @pytest.fixture(scope="session")
-def reference_files(reference_network, conversion, photos, tmp_path_factory):
+def reference_files(once, reference_network, conversion, photos):
     """Its checkpoint, and the files of it for one size: fp32 and int8."""
-    folder = tmp_path_factory.mktemp("reference")
-    checkpoint = folder / "model.pth"
-    torch.save(reference_network.state_dict(), checkpoint)
-    made = {"checkpoint": checkpoint}
-    for precision in ("fp32", "int8"):
-        wanted = conversion(
-            "reference", MIDDLE, precision, (photos,) if precision == "int8" else ()
-        )
-        made[precision] = folder / f"{precision}.onnx"
-        convert(checkpoint, made[precision], wanted, overwrite=False)
-    return made
+
+    def make(folder):
+        made = {"checkpoint": folder / "model.pth"}
+        torch.save(reference_network.state_dict(), made["checkpoint"])
+        for precision in ("fp32", "int8"):
+            calibration = (photos,) if precision == "int8" else ()
+            wanted = conversion("reference", MIDDLE, precision, calibration)
+            made[precision] = folder / f"{precision}.onnx"
+            convert(made["checkpoint"], made[precision], wanted, overwrite=False)
+        return made
+
+    return once("reference", make)
 
 
 @pytest.fixture
