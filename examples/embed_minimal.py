@@ -38,7 +38,7 @@ def find_ground(image: Image.Image, lens: Array, size: tuple[int, int]) -> dict[
     rays = np.stack([(u - centre[0]) / focal[0], (v - centre[1]) / focal[1], np.ones((h, w))], -1)
     slope, plane = None, {"refused": "no_ground"}
     surest = float(np.sort(maps[0, 1], axis=None)[int(0.98 * (h * w - 1))].clip(2.473e-3, 0.997527))
-    if math.log(surest / (1 - surest)) + 2.500 * (1 - maps[0, 1, : h // 4].mean()) >= 4.487:
+    if math.log(surest / (1 - surest)) + 2.500 * (1 - maps[0, 1, : h // 4].mean()) >= 5.209:
         slope, plane = fit_plane(rays, 1 / ground_m.astype(float), ground)
     flat_m = ground_m if slope is None else lay_flat(ground_m, rays @ slope)
     return {

@@ -35,16 +35,15 @@ RIGHT_IOU = 0.5
 RIGHT_WITHIN = 1.25
 """Factor within which the median of predicted / true distance counts as right."""
 
-MOST_REFUSED = 0.02
+MOST_REFUSED = 0.04
 """Share of the pictures whose ground is right that the gate may refuse, on the half for the fit."""
 
 _DRAWN = 0.01
 """Share of the picture below which nothing counts as drawn."""
 
 _KINDS = {True: "with ground", False: "without ground"}
-_MOST_LEAST = 0.25
-"""Pictures that show ground with more than this probability are never refused: a floor that is
-missed is worse than a wall that is drawn."""
+_MOST_LEAST = 0.5
+"""Pictures that rather show ground than none are never refused."""
 
 _CLEAR_TOPS = np.arange(0, 6.5, 0.5)
 """Weights of a clear top, beside a peak of weight 1, among which the gate's is chosen."""

@@ -19,6 +19,7 @@ from footprints_edge_models.cli.options import (
     Init,
     RelativeDepth,
     Seed,
+    has_coarse_decoder,
     size_of,
 )
 
@@ -69,7 +70,7 @@ def gpu_kit(
             "balance": balance.value,
             "relative_depth": relative_depth,
             "dice": dice,
-            "coarse_decoder": coarse_decoder,
+            "coarse_decoder": has_coarse_decoder(coarse_decoder, init),
             "frozen_stages": frozen_stages,
         }
         settings = KitSettings(size_of(size), {}, seed, recipe)

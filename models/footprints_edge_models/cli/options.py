@@ -37,7 +37,10 @@ RelativeDepth = Annotated[
 Dice = Annotated[float, typer.Option(help="Weight of the soft Dice loss of both masks.")]
 CoarseDecoder = Annotated[
     bool,
-    typer.Option("--coarse-decoder", help="Add a second, coarse decoder: 1.2 times the time."),
+    typer.Option(
+        "--coarse-decoder",
+        help="Add a second, coarse decoder: 1.2 times the time. Initial weights may have it.",
+    ),
 ]
 FrozenStages = Annotated[
     int, typer.Option(help="First stages of the encoder that do not learn, 0 to 7: faster.")
@@ -76,6 +79,14 @@ def recipe_of(
     stages = tuple(ScheduleStage.parse(text) for text in schedule)
     weights = None if init is None else str(init)
     return Recipe(stages, batch=batch, seed=seed, init=weights, **more)
+
+
+def has_coarse_decoder(asked: bool, init: Path | None) -> bool:
+    """Whether the network to train has a coarse decoder: asked for, or in its initial weights."""
+    from footprints_edge_models.networks import edge
+    from footprints_edge_models.networks.checkpoint import read_checkpoint
+
+    return asked or (init is not None and edge.has_coarse_decoder(read_checkpoint(init)))
 
 
 def datasets_of(data: Path) -> "dict[str, TrainingDataset]":

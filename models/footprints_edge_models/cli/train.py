@@ -24,6 +24,7 @@ from footprints_edge_models.cli.options import (
     Seed,
     datasets_of,
     device_of,
+    has_coarse_decoder,
     recipe_of,
 )
 
@@ -106,7 +107,7 @@ def edge(
             balance=balance.value,
             relative_depth=relative_depth,
             dice=dice,
-            coarse_decoder=coarse_decoder,
+            coarse_decoder=has_coarse_decoder(coarse_decoder, init),
             frozen_stages=frozen_stages,
             decay=decay,
             minutes=minutes,

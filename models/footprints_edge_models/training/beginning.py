@@ -24,9 +24,9 @@ def initial_network(recipe: Recipe) -> tuple[Network, float, bool]:
     """
     spec = NETWORKS[recipe.network]
     parts = {"coarse_decoder": True} if recipe.coarse_decoder else {}
-    if recipe.init is None and spec.pretrained is not None:
-        return spec.pretrained(**parts), FOCAL_PX, True
-    network, focal_px = spec.build(**parts), None
+    pretrained = None if recipe.init is not None else spec.pretrained
+    network = (pretrained or spec.build)(**parts)
+    focal_px = None
     if recipe.init is not None:
         weights = read_checkpoint(Path(recipe.init))
         focal_px = stated_focal_px(weights, recipe.init)
@@ -39,7 +39,7 @@ def initial_network(recipe: Recipe) -> tuple[Network, float, bool]:
         load_weights(network, weights, recipe.init)
     if recipe.frozen_stages and isinstance(network, EdgeNetwork):
         network.encoder.freeze(recipe.frozen_stages)
-    return network, focal_px or FOCAL_PX, recipe.init is not None
+    return network, focal_px or FOCAL_PX, bool(pretrained or recipe.init)
 
 
 def keep_statistics(encoder: nn.Module) -> None:

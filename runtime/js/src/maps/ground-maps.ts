@@ -10,7 +10,7 @@ import type { DecodedMaps } from "./decode.ts";
 import { resizeDepth, resizeMap } from "./resize.ts";
 
 /** Weight of a clear top, and the least evidence of ground: docs/porting-metres.md of the project. */
-const [CLEAR_TOP, LEAST_EVIDENCE] = [2.500, 4.487];
+const [CLEAR_TOP, LEAST_EVIDENCE] = [2.500, 5.209];
 
 /** The model that made a prediction. */
 export interface ModelInfo {
