@@ -82,8 +82,8 @@ def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: 
     boundless = [key for key, tensor in weights.items() if not tensor.float().isfinite().all()]
     if boundless:
         raise ModelError(
-            f"{name}: {_listed('not finite', boundless)}; values beyond half precision's 65,504 end "
-            "so when they are saved in it: save them again in float32"
+            f"{name}: {_listed('not finite', boundless)}; values beyond half precision's 65,504 "
+            "end so when they are saved in it: save them again in float32"
         )
     problems = [
         _listed("missing", [key for key in expected if key not in weights]),
