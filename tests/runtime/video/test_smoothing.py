@@ -11,6 +11,8 @@ from footprints_edge import Tracker
 from footprints_edge.errors import VideoError
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.images import DecodedImage
+from footprints_edge.maps import ground_maps
+from footprints_edge.maps.confidence import METRES_INPUTS, Curve, curves
 
 pytest.importorskip("cv2")
 
@@ -129,8 +131,11 @@ def test_the_ground_plane_is_that_of_the_smoothed_depth():
     assert np.std(heights_m["smoothed"][4:]) < 0.6 * np.std(heights_m["raw"][4:])
 
 
-def test_smoothing_makes_metres_no_more_certain():
+def test_smoothing_makes_metres_no_more_certain(monkeypatch):
     """The depth that it blends was laid onto planes, and so lies on one."""
+    inputs = dict.fromkeys(METRES_INPUTS, 0.0) | {"flatness": 1.2}
+    by_flatness = replace(curves(), metres=Curve(-2.0, inputs))
+    monkeypatch.setattr(ground_maps, "curves", lambda: by_flatness)
     rng = np.random.default_rng(4)
     tracker = Tracker()
     for step in range(4):
