@@ -36,8 +36,6 @@ def test_each_file_imports_only_allowed_packages():
         own = {"numpy", "PIL", "footprints_edge", "onnxruntime", "typer"} | sys.stdlib_module_names
         if path.name == "path_planning.py":  # the extra `plan`
             own |= {"scipy"}
-        if path.name == "calibration.py":  # the extra `video`
-            own |= {"yaml"}
         if path.name == "opencv.py":  # the extra `video`
             own |= {"cv2"}
         if path.name == "calibration.py":  # the extra `video`

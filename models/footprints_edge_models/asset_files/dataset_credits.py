@@ -21,7 +21,12 @@ KNOWN = {
         "http://mi.eng.cam.ac.uk/research/projects/VideoRec/CamVid/",
     ),
     "houses": Credit("photos of houses and rooms", _NOT_STATED, _NOT_STATED, ""),
-    "hololens_office": Credit("HoloLens office walk", _NOT_STATED, "MIT", ""),
+    "hololens_office": Credit(
+        "HoloLens office walk, sample of DeepVideoMVS",
+        "Arda Duzceker",
+        "MIT",
+        "https://github.com/ardaduz/deep-video-mvs",
+    ),
     "seven_scenes_kitchen": Credit(
         "7-Scenes, kitchen",
         "Shotton et al., Microsoft Research",

@@ -17,6 +17,9 @@ from footprints_edge.model_files.read import read_model_file
 _CACHED_SIZES = 8
 """Maximum number of compiled networks to keep, one for each input size."""
 
+_HELD = {"INFERENCE_PRECISION_HINT", "INFERENCE_NUM_THREADS", "NUM_STREAMS", "PERFORMANCE_HINT"}
+"""Properties that the engine sets itself."""
+
 _TYPES = {"u8": "tensor(uint8)", "f32": "tensor(float)"}
 
 
@@ -60,12 +63,15 @@ class OpenVinoEngine:
         self.providers: tuple[str, ...] = ("CPU",)
         self.runtime = f"openvino {openvino.__version__.partition('-')[0]}"
         self._core = openvino.Core()
+        options = dict(session_options or {})
+        if held := sorted(_HELD & options.keys()):
+            raise ModelError(f"the session options {held} are set by the engine; see `threads`")
         try:
             self._core.get_versions("CPU")  # loads the plugin, which then looks at its properties
-            self._core.set_property("CPU", dict(session_options or {}))
+            self._core.set_property("CPU", options)
         except Exception as error:
             raise ModelError(
-                f"{self.runtime} refuses the session options {dict(session_options or {})}: they "
+                f"{self.runtime} refuses the session options {options}: they "
                 f"are properties of its CPU plugin. OpenVINO says: {error}"
             ) from error
         try:

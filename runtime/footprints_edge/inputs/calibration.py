@@ -31,7 +31,7 @@ _MOST_PX = 64_000_000
 """Larger pictures are rectified at the reduced size that the network needs: the remap takes six
 bytes for each pixel."""
 
-_MOST_CHARACTERS = 1_000_000
+_MOST_CHARACTERS = 400_000
 """Of a calibration file; those that list all points of a chessboard have tens of thousands."""
 
 _SAME_SHAPE = 0.01
@@ -199,7 +199,7 @@ def _parsed(text: str) -> Calibration:
             f"the pictures of a calibration cannot be {width:g} x {height:g} pixels"
         )
     size = round(height), round(width)
-    fisheye = _number(content, "fisheye_model", "fisheye")
+    fisheye = _is_fisheye(content)
     stated = content.get("distortion_model", "")
     model = stated if isinstance(stated, str) else ""
     return Calibration.of(size, matrix, "equidistant" if fisheye else model, distortion)
@@ -216,8 +216,8 @@ def _yaml(text: str) -> dict[str, Any]:
         raise VideoError(
             f"calibration files need the package PyYAML; {install_hint('video')}"
         ) from None
-    head, _, rest = text.partition("\n")
-    if head.lstrip().startswith("%YAML"):  # "%YAML:1.0" of OpenCV, which YAML does not know
+    head, _, rest = text.lstrip("\ufeff \t\r\n").partition("\n")
+    if head.startswith("%YAML"):  # "%YAML:1.0" of OpenCV, which YAML does not know
         text = "\n" + rest
     try:
         if "*" in text and any(isinstance(each, yaml.AliasEvent) for each in yaml.parse(text)):
@@ -226,12 +226,24 @@ def _yaml(text: str) -> dict[str, Any]:
         content = yaml.load(text, Loader=yaml.BaseLoader)  # no tags, no objects
     except yaml.MarkedYAMLError as error:  # its text would quote the file
         line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise IntrinsicsError(f"not a calibration in YAML (line {line}: {error.problem})") from None
-    except yaml.YAMLError as error:
-        raise IntrinsicsError(f"not a calibration in YAML ({error})") from None
+        problem = f"line {line}: {error.problem!s:.200}"
+        raise IntrinsicsError(f"not a calibration in YAML ({problem})") from None
+    except (yaml.YAMLError, ValueError, OverflowError) as error:  # characters that are none
+        raise IntrinsicsError(f"not a calibration in YAML ({error!s:.200})") from None
     except RecursionError:
         raise IntrinsicsError("not a calibration in YAML (its values are too deep)") from None
     return content if isinstance(content, dict) else {}
+
+
+def _is_fisheye(content: dict[str, Any]) -> bool:
+    """Whether the file says so, as OpenCV's number or as YAML's word."""
+    for name in ("fisheye_model", "fisheye"):
+        if (stated := content.get(name)) is not None:
+            word = str(stated).lower()
+            return word in {"true", "yes", "on"} or (
+                word not in {"false", "no", "off"} and bool(_number(content, name))
+            )
+    return False
 
 
 def _matrix(content: dict[str, Any], *names: str) -> NDArray[np.float64] | None:

@@ -59,6 +59,8 @@ class TestOpenVino:
                 fp.ModelError, match=f"refuses the session options.*{next(iter(wrong))}"
             ):
                 fp.load(tiny_path, engine="openvino", session_options=wrong)
+        with pytest.raises(fp.ModelError, match="NUM_STREAMS"):
+            fp.load(tiny_path, engine="openvino", session_options={"NUM_STREAMS": "2"})
 
     def test_one_model_serves_many_threads(self, tiny_path):
         engine = fp.load(tiny_path, engine="openvino", threads=1).engine

@@ -127,13 +127,33 @@ def test_a_bad_file_is_named(tmp_path, text, says):
         "? [a]\n: b\n",
         "just a line",
         "a: \x00",
+        'a: "\\UFFFFFFFF"\n',
+        'a: "\\U7FFFFFFF"\n',
+        "%YAML 1." + "1" * 5000 + "\n---\na: 1\n",
+        "\n%YAML 1." + "1" * 5000 + "\n---\na: 1\n",
+        "a: !" + "a" * 300_000 + "!x y\n",
     ],
 )
 def test_hostile_yaml_is_refused(tmp_path, text):
     path = tmp_path / "camera.yaml"
     path.write_text(text)
-    with pytest.raises(IntrinsicsError, match="calibration"):
+    with pytest.raises(IntrinsicsError, match="calibration") as error:
         Calibration.read(path)
+    assert len(str(error.value)) < 1000
+
+
+@pytest.mark.parametrize(
+    ("word", "model"), [("false", "plumb_bob"), ("no", "plumb_bob"), ("0", "plumb_bob"),
+                        ("true", "equidistant"), ("1", "equidistant")]
+)  # fmt: skip
+def test_a_file_says_in_its_way_whether_it_is_of_a_fisheye(tmp_path, word, model):
+    path = tmp_path / "camera.yaml"
+    numbers = ", ".join(map(str, np.ravel(K)))
+    path.write_text(
+        f"\ufeff\n%YAML:1.0\n---\nwidth: 640\nheight: 480\nK: [{numbers}]\nD: [0, 0, 0, 0]\n"
+        f"fisheye: {word}\n"
+    )
+    assert Calibration.read(path).model == model
 
 
 def test_numbers_are_read_however_they_are_written(tmp_path):

@@ -25,6 +25,7 @@ from footprints_edge_models.asset_files.pack import AssetPack
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.data.packed import datasets_in
+from footprints_edge_models.networks.registry import NETWORKS
 from footprints_edge_models.sample import Sample
 from footprints_edge_models.training.beginning import initial_network
 from footprints_edge_models.training.gpu_kit.kit_settings import (
@@ -101,6 +102,8 @@ def build_kit(
         init=None if init is None else str(init),
         **settings.recipe,
     )
+    if init is None and NETWORKS[recipe.network].pretrained is None:
+        raise DatasetError(f"network {recipe.network}: no pretrained encoder; give initial weights")
     datasets = {name: each for name, each in datasets_in(data).items() if each.train}
     if not research:
         datasets = {name: each for name, each in datasets.items() if name in FREE_DATASETS}
