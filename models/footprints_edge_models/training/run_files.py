@@ -31,8 +31,7 @@ def save_weights(
 
 def _in_half(tensor: torch.Tensor) -> torch.Tensor:
     half = tensor.half() if tensor.is_floating_point() else tensor
-    is_within = half.isfinite().equal(tensor.isfinite()) and (half == 0).equal(tensor == 0)
-    return half if is_within else tensor
+    return half if half.isfinite().equal(tensor.isfinite()) else tensor
 
 
 def save(state: Any, path: Path) -> None:  # noqa: ANN401
