@@ -79,12 +79,6 @@ def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: 
             f"{name}: {_listed('no plain numbers', odd)}; sparse, quantised, complex and empty "
             "tensors are none: save the network's state_dict() as it is trained"
         )
-    boundless = [key for key, tensor in weights.items() if not tensor.float().isfinite().all()]
-    if boundless:
-        raise ModelError(
-            f"{name}: {_listed('not finite', boundless)}; values beyond half precision's 65,504 "
-            "end so when they are saved in it: save them again in float32"
-        )
     problems = [
         _listed("missing", [key for key in expected if key not in weights]),
         _listed("unexpected", [key for key in weights if key not in expected]),
@@ -101,6 +95,12 @@ def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: 
         raise ModelError(
             f"{name}: not a checkpoint of {type(network).__name__}: "
             + "; ".join(filter(None, problems))
+        )
+    boundless = [key for key, tensor in weights.items() if not tensor.float().isfinite().all()]
+    if boundless:
+        raise ModelError(
+            f"{name}: {_listed('not finite', boundless)}; values beyond half precision's 65,504 "
+            "end so when they are saved in it: save them again in float32"
         )
     try:
         network.load_state_dict(weights, strict=True)

@@ -5,6 +5,7 @@ import pytest
 
 from footprints_edge.maps.confidence import METRES_INPUTS, Curve, Curves
 from footprints_edge_bench.navigation.confidence import (
+    MOST_REFUSED,
     ConfidenceError,
     Example,
     as_markdown,
@@ -129,7 +130,7 @@ def test_walls_that_look_like_ground_to_the_top_are_refused_without_refusing_flo
         return np.mean(np.array(values) < found.least_ground)
 
     assert refused(walls) >= 0.95 and refused(clear) == 1
-    assert refused(rooms) <= 0.05 and refused(above) == 0
+    assert refused(rooms) <= 2 * MOST_REFUSED and refused(above) == 0  # of other pictures
 
 
 def test_the_file_of_curves_reads_back(monkeypatch, tmp_path):
