@@ -28,7 +28,7 @@ demo: $(DEMO_VENV)/installed ## install the runtime alone, find the floor in exa
 	@echo "Open $(CURDIR)/out/office.jpg.overlay.png"
 
 test: $(VENV)/installed ## run all tests
-	@echo "Running about 2,000 tests: 6 to 12 minutes on two cores."
+	@echo "Running about 2,500 tests: some fifteen minutes on two cores."
 	@set -e; for part in $(TESTS); do $(VENV)/bin/python -m pytest -n auto $$part; done
 
 MINUTES ?= 10
