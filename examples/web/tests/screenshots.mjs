@@ -69,7 +69,7 @@ async function takeWalk(name, shares, clip) {
   await page.close();
 }
 
-await takeWalk("three-walk", [0.72, 0.87, 0.96], { x: 700, y: 280, width: 500, height: 420 });
+await takeWalk("three-walk", [0.5, 0.62, 0.72], { x: 700, y: 280, width: 500, height: 420 });
 await take("web-desktop", {
   size: { width: 1280, height: 800 },
   scale: 1,
