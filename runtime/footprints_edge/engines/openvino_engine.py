@@ -17,9 +17,6 @@ from footprints_edge.model_files.read import read_model_file
 _CACHED_SIZES = 8
 """Maximum number of compiled networks to keep, one for each input size."""
 
-_HELD = {"INFERENCE_PRECISION_HINT", "INFERENCE_NUM_THREADS", "NUM_STREAMS", "PERFORMANCE_HINT"}
-"""Properties that the engine sets itself."""
-
 _TYPES = {"u8": "tensor(uint8)", "f32": "tensor(float)"}
 
 
@@ -63,8 +60,14 @@ class OpenVinoEngine:
         self.providers: tuple[str, ...] = ("CPU",)
         self.runtime = f"openvino {openvino.__version__.partition('-')[0]}"
         self._core = openvino.Core()
+        self._held = {
+            "INFERENCE_PRECISION_HINT": "f32",  # default: bfloat16 if the CPU has it
+            "INFERENCE_NUM_THREADS": self.threads,
+            "NUM_STREAMS": 1,
+            "PERFORMANCE_HINT": "LATENCY",
+        }
         options = dict(session_options or {})
-        if held := sorted(_HELD & options.keys()):
+        if held := sorted(self._held.keys() & options.keys()):
             raise ModelError(f"the session options {held} are set by the engine; see `threads`")
         try:
             self._core.get_versions("CPU")  # loads the plugin, which then looks at its properties
@@ -115,13 +118,7 @@ class OpenVinoEngine:
                     del self._networks[next(iter(self._networks))]
                 model = self._model.clone()
                 model.reshape([1, *size, 3])
-                options = {
-                    "INFERENCE_PRECISION_HINT": "f32",  # default: bfloat16 if the CPU has it
-                    "INFERENCE_NUM_THREADS": self.threads,
-                    "NUM_STREAMS": 1,
-                    "PERFORMANCE_HINT": "LATENCY",
-                }
-                self._networks[size] = self._core.compile_model(model, "CPU", options)
+                self._networks[size] = self._core.compile_model(model, "CPU", self._held)
             return self._networks[size]
 
 

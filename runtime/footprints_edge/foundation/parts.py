@@ -6,6 +6,7 @@ import sys
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from shutil import rmtree
 
@@ -28,7 +29,7 @@ def new_part(folder: Path) -> Path:
     if asked not in _swept:
         _swept.add(asked)
         remove_abandoned(folder)
-    return folder / f".fp-{_machine()}-{pid}-{_started(pid)}-{os.urandom(4).hex()}.part"
+    return folder / f".fp-{_machine(pid)}-{pid}-{_started(pid)}-{os.urandom(4).hex()}.part"
 
 
 @contextmanager
@@ -52,10 +53,11 @@ def remove_abandoned(folder: Path) -> None:
     Parts of living processes and of other machines stay. A folder that cannot be read, and a part
     that cannot be removed, are no error.
     """
+    machine = _machine(os.getpid())
     with suppress(OSError, ValueError):  # ValueError: a null byte in the name
         for part in folder.iterdir():
             found = _PATTERN.fullmatch(part.name)
-            if found is None or found[1] != _machine() or _runs(int(found[2]), int(found[3])):
+            if found is None or found[1] != machine or _runs(int(found[2]), int(found[3])):
                 continue
             if part.is_dir() and not part.is_symlink():
                 rmtree(part, ignore_errors=True)
@@ -64,8 +66,12 @@ def remove_abandoned(folder: Path) -> None:
                     part.unlink()
 
 
-def _machine() -> str:
-    """Where a process's number means that process: the machine, and on Linux the container."""
+@cache
+def _machine(_pid: int) -> str:
+    """Where a process's number means that process: the machine, and on Linux the container.
+
+    Found once by each process, as a fork may be in another container.
+    """
     facts = [os.environ.get("COMPUTERNAME", "") if sys.platform == "win32" else os.uname().nodename]
     with suppress(OSError):
         facts.append(Path("/etc/machine-id").read_text(errors="replace"))
