@@ -17,7 +17,7 @@ _GREY = (180, 180, 180)
 
 
 def check_mesh(mesh: object, points: NDArray[np.floating], source: str) -> None:
-    """Refuses a mesh that whoever follows its numbers, in C++ some, would lose the way in.
+    """Refuses a mesh whose numbers lead nowhere: code in C++ would follow them.
 
     Args:
         mesh: A `trimesh.Trimesh`.

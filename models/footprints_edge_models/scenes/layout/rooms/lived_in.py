@@ -133,7 +133,6 @@ def furnish_full_dining(palette: Palette, room: Room) -> None:
 def furnish_seats(palette: Palette, room: Room) -> None:
     """Rows of equal chairs, as in a lecture room or a waiting room; some rows with desks."""
     rng = palette.rng
-    inside = room.inside
     side = int(rng.integers(4))
     chair = seating.office_chair(palette) if rng.random() < 0.15 else seating.chair(palette)
     with_desks = rng.random() < 0.35
@@ -146,7 +145,7 @@ def furnish_seats(palette: Palette, room: Room) -> None:
     margin = float(rng.uniform(0.5, 1.2))
     along, back = np.meshgrid(
         np.arange(margin, room.span_m(side) - margin, beside_m),
-        np.arange(0.6, (inside.depth if side % 2 == 0 else inside.width) - 1.5, behind_m),
+        np.arange(0.6, room.span_m(side + 1) - 1.5, behind_m),
     )
     kept = rng.random(along.shape) > 0.05
     for a, b in zip(along[kept][:40], back[kept][:40], strict=True):
@@ -163,16 +162,13 @@ def furnish_seats(palette: Palette, room: Room) -> None:
 def furnish_shop(palette: Palette, room: Room) -> None:
     """Racks in rows with aisles between them, tables with goods, a counter."""
     rng = palette.rng
-    inside = room.inside
     side = int(rng.integers(4))
     wide, tall = float(rng.uniform(0.9, 1.6)), float(rng.uniform(1.1, 2.0))
     rack = storage.shelf(palette, wide, 0.4, tall)
     low, high = rack.extent
     aisle_m = float(rng.uniform(1.1, 2.2))
     deep_m = float(high[1] - low[1])
-    for back in np.arange(
-        1.0, (inside.depth if side % 2 == 0 else inside.width) - 1.4, 2 * deep_m + aisle_m
-    ):
+    for back in np.arange(1.0, room.span_m(side + 1) - 1.4, 2 * deep_m + aisle_m):
         for along in np.arange(0.9 + wide / 2, room.span_m(side) - 0.9, float(high[0] - low[0])):
             if rng.random() < 0.12:
                 continue
