@@ -52,8 +52,10 @@ FREE_DATASETS = ("hololens_office", "panoramas", SCENES)
 """What may go into weights that anybody may use."""
 ASSETS_SHARE = 0.45
 """Most of a kit's bytes that the assets take."""
-SCENES_SHARE = 0.25
+SCENES_SHARE = 0.1
 """Of the bytes for views, what scenes get that are there at once; the rest are photos."""
+JPEG_QUALITY = 80
+"""Of the views: training adds worse."""
 HELD_OUT = 24
 """Held-out views of each data set."""
 WHEELS = ("embreex",)
@@ -124,7 +126,7 @@ def build_kit(
         most = min(int(ASSETS_SHARE * most_bytes), int(0.8 * _left(folder, most_bytes)))
         write_slim_pack(assets, folder / f"{ASSETS}.xz", most)
     views = _views(datasets, RunSize(settings.size).slot_px, 0.95 * _left(folder, most_bytes))
-    write_shard(folder / SHARD, views)
+    write_shard(folder / SHARD, views, JPEG_QUALITY)
     _left(folder, most_bytes)
     return _sizes(folder)
 
@@ -209,30 +211,41 @@ def _views(
     datasets: dict[str, TrainingDataset], most_px: int, most_bytes: float
 ) -> Iterator[ShardView]:
     """Views to train on, evenly out of each data set, as many as its part of the bytes holds."""
-    photos = [name for name in datasets if name != SCENES]
-    for name, dataset in datasets.items():
-        if name == SCENES:
-            part = SCENES_SHARE if photos else 1.0
-        else:
-            part = (1 - (SCENES_SHARE if SCENES in datasets else 0)) / len(photos)
-        held_out = _evenly(dataset.held_out, HELD_OUT)
-        probes = _evenly(dataset.train, 6)
-        each = _mean_bytes([*held_out, *probes], most_px)
-        count = int((part * most_bytes - len(held_out) * each) / each)
-        chosen = _evenly(dataset.train, max(1, count))
+    held_out = {name: _evenly(each.held_out, HELD_OUT) for name, each in datasets.items()}
+    view_bytes = {
+        name: _mean_bytes([*held_out[name], *_evenly(each.train, 6)], most_px)
+        for name, each in datasets.items()
+    }
+    left = most_bytes - sum(view_bytes[name] * len(views) for name, views in held_out.items())
+    # evenly among the photos; what one does not need goes to those after it
+    order = sorted(datasets, key=lambda name: (name == SCENES, _needed(datasets, view_bytes, name)))
+    photos = sum(name != SCENES for name in order)
+    scenes_bytes = (SCENES_SHARE if photos else 1.0) * left if SCENES in datasets else 0.0
+    for place, name in enumerate(order):
+        part = (left - scenes_bytes) / (photos - place) if name != SCENES else left
+        chosen = _evenly(datasets[name].train, max(1, int(part / view_bytes[name])))
+        left -= len(chosen) * view_bytes[name]
         logger.info(
-            "%s: %d views, %d held out, %.0f kB each", name, len(chosen), len(held_out), each / 1e3
+            "%s: %d views, %d held out, %.0f kB each",
+            *(name, len(chosen), len(held_out[name]), view_bytes[name] / 1e3),
         )
-        for sample in held_out:
+        for sample in held_out[name]:
             yield ShardView(stored_view(sample, most_px), name, "held out")
         for sample in chosen:
             yield ShardView(stored_view(sample, most_px), name, "train")
 
 
+def _needed(
+    datasets: Mapping[str, TrainingDataset], view_bytes: Mapping[str, float], name: str
+) -> float:
+    """The bytes that all views of a data set would take."""
+    return len(datasets[name].train) * view_bytes[name]
+
+
 def _mean_bytes(samples: Sequence[Sample], most_px: int) -> float:
     with tempfile.TemporaryDirectory() as scratch:
         views = [ShardView(stored_view(sample, most_px), "", "train") for sample in samples]
-        return write_shard(Path(scratch) / SHARD, views)[""] / len(views)
+        return write_shard(Path(scratch) / SHARD, views, JPEG_QUALITY)[""] / len(views)
 
 
 def _evenly(samples: Sequence[Sample], most: int) -> list[Sample]:
