@@ -1,4 +1,8 @@
-"""The paper's ablations of the loss: trained alike, compared on held-out samples."""
+"""Ablations of the paper's loss and of what we added: trained alike, compared on held-out samples.
+
+Everything else is equal: data, order of the pictures, steps, and the encoder trained on ImageNet
+that all begin with.
+"""
 
 import csv
 from collections.abc import Callable
@@ -9,23 +13,34 @@ from typing import Any
 import torch
 
 from footprints_edge_models.data.mixture import TrainingDataset
+from footprints_edge_models.data.targets import FOOTPRINT_WEIGHT
 from footprints_edge_models.training.progress import Progress
 from footprints_edge_models.training.recipe import Recipe
 from footprints_edge_models.training.trainer import train
 
+PAPER: dict[str, Any] = {"hidden_weight": 1.0, "footprint_weight": FOOTPRINT_WEIGHT}
+"""The weights of eq. 3 as the paper has them."""
 ABLATIONS: dict[str, dict[str, Any]] = {
-    "the paper's loss": {},
+    "as asked": {},
     "without eq. 3b (untraversable pixels)": {"footprint_masks": False},
     "lambda 0": {"lambda_unknown": 0.0},
     "lambda 0.5": {"lambda_unknown": 0.5},
     "lambda 1": {"lambda_unknown": 1.0},
     "without moving-object masks": {"moving_objects": False},
+    "hidden pixels weighted as in eq. 3": PAPER,
+    "weighted by class in every batch": {**PAPER, "balance": "classes"},
+    "focal": {**PAPER, "balance": "focal"},
+    "with relative depth, 0.5": {"relative_depth": 0.5},
+    "with soft Dice, 0.5": {"dice": 0.5},
+    "one decoder": {"coarse_decoder": False},
+    "all of the encoder learns": {"frozen_stages": 0},
 }
 """By name: the fields of a recipe that an ablation changes."""
 
 _COLUMNS = {
     "visible_ground_iou": "visible ground IoU",
     "ground_iou": "ground IoU",
+    "hidden_auc": "AUC",
     "ground_depth_abs_rel": "ground depth abs. rel.",
     "ground_depth_a1": "ground depth a1",
 }

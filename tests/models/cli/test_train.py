@@ -34,6 +34,17 @@ def photos(root, count):
     return root
 
 
+def hand_drawn(folder):
+    """One photo, its lower half ground."""
+    (folder / "images").mkdir(parents=True)
+    Image.fromarray(np.full((40, 60, 3), 90, np.uint8)).save(folder / "images" / "street.png")
+    lower = [[0, 20], [60, 20], [60, 40], [0, 40]]
+    photo = {"name": "street.png", "kind": "street", "size_wh": [60, 40]}
+    drawn = {"ground": [lower], "visible": [lower], "footprints": [], "ignore": []}
+    (folder / "truth.json").write_text(json.dumps([photo | drawn]))
+    return folder
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -127,7 +138,7 @@ def test_ablations_are_trained_alike_and_compared(tmp_path):
     photos(tmp_path / "data", 60)
     arguments = (
         *("ablations", tmp_path / "data", "--run", tmp_path / "runs", "--schedule", "32x32:1"),
-        *("--batch", 2, "--device", "cpu"),
+        *("--batch", 2, "--device", "cpu", "--on", hand_drawn(tmp_path / "drawn")),
     )
 
     def tables():
@@ -138,9 +149,18 @@ def test_ablations_are_trained_alike_and_compared(tmp_path):
     first = tables()
     rows = [line.split(" | ") for line in first.splitlines() if line.startswith("| ")]
     assert rows[0] == ["|", "visible ground IoU", "ground IoU |"]  # photos tell no distance
-    assert [row[0] for row in rows[2:]] == [f"| {name}" for name in ABLATIONS]
+    names = [f"| {name}" for name in ABLATIONS]
+    assert [row[0] for row in rows] == ["|", "| ---", *names] * 2
+    assert "### houses" in first
+    assert "### drawn" in first
     recipes = [read_checkpoint(path)["recipe"] for path in tmp_path.glob("runs/*/last.pt")]
     assert {recipe["lambda_unknown"] for recipe in recipes} == {0.25, 0.0, 0.5, 1.0}
-    assert [recipe["footprint_masks"] for recipe in recipes].count(False) == 1
-    assert [recipe["moving_objects"] for recipe in recipes].count(False) == 1
+    for switch, unusual in (
+        ("footprint_masks", False),
+        ("moving_objects", False),
+        ("coarse_decoder", False),
+        ("frozen_stages", 0),
+        ("balance", "focal"),
+    ):
+        assert [recipe[switch] for recipe in recipes].count(unusual) == 1
     assert tables() == first
