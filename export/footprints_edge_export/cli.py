@@ -118,7 +118,7 @@ def convert_command(
         from footprints_edge_export.convert import convert
         from footprints_edge_export.report import Conversion
 
-        if notice := ARCHITECTURES[arch].notice:
+        if notice := ARCHITECTURES[arch].network.notice:
             complain(notice)
         conversion = Conversion(
             architecture=arch.value,

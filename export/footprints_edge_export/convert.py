@@ -225,7 +225,7 @@ def _metadata(job: Job, precision: str) -> ModelMetadata:
         depth_range_m=(MIN_DEPTH_M, MAX_DEPTH_M),
         focal_px=conversion.focal_px or canonical_focal_px(conversion.architecture, job.checkpoint),
         resize=job.architecture.resize,
-        licence=conversion.licence or job.architecture.licence,
+        licence=conversion.licence or job.architecture.network.licence,
         source_sha256=file_sha256(job.checkpoint),
         producer=f"footprints-edge {__version__}",
         training=conversion.training or _trained_on(job.checkpoint),

@@ -180,7 +180,7 @@ class ModelCache:
             depth_range_m=(MIN_DEPTH_M, MAX_DEPTH_M),
             focal_px=canonical_focal_px(network, self._checkpoint(network)),
             resize=FILTER,
-            licence=architecture.licence,
+            licence=architecture.network.licence,
             source_sha256=self.weights_sha256(network),
             producer="stock tools",
             training=_TRAINING,

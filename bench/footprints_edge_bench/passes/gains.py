@@ -59,7 +59,7 @@ def measure_gains(
     from footprints_edge_export.architectures import ARCHITECTURES
 
     images = [synthetic_photo(size, seed)[None] for seed in range(2)]
-    network = with_calibrated_random_weights(ARCHITECTURES[architecture].build(), images)
+    network = with_calibrated_random_weights(ARCHITECTURES[architecture].network.build(), images)
     image = np.random.default_rng(0).integers(0, 256, (1, *size, 3), dtype=np.uint8)
     sessions = {
         name: session_of(model, threads)

@@ -32,7 +32,7 @@ def to_graph(
     """Export with batch norms folded.
 
     Args:
-        network: as :class:`architectures.Architecture` says.
+        network: as :data:`footprints_edge_models.networks.registry.Network` says.
         size: (H, W) to fix the input to; None leaves both free.
         gives_maps: whether it gives maps, not raw channels.
 

@@ -53,13 +53,11 @@ def draw_occupancy_grid(
         height_px: Height of the picture.
         square: Whether to crop both sides to a square.
     """
-    rows, columns = cells.shape
     if square:
-        cut = (columns - rows) // 2
-        cells, columns = cells[:, cut : cut + rows], rows
+        cells = _square(cells)
+    rows, columns = cells.shape
     width_px = round(height_px * columns / rows)
-    place = np.arange(height_px) * rows // height_px, np.arange(width_px) * columns // width_px
-    large = cells[np.ix_(*place)]
+    large = _enlarged(cells, height_px, width_px)
     ground = _ground_colours(height_px, width_px, rows * cell_m)
     picture = np.empty((height_px, width_px, 3), np.uint8)
     picture[:] = _UNKNOWN
@@ -131,13 +129,27 @@ def paint_bev(prediction: GroundMaps, layers: NDArray[np.uint32]) -> NDArray[np.
         cells = make_occupancy_grid(prediction, _BEV_CELL_M, BEV_RANGE_M).cells
     except GroundPlaneError:
         return np.asarray(draw_bev(prediction, height_px))
-    rows, columns = cells.shape
-    cut = (columns - rows) // 2
-    place = np.arange(height_px) * rows // height_px
-    values = cells[:, cut : cut + rows].take(place, axis=0).take(place, axis=1)
+    values = _enlarged(_square(cells), height_px, height_px)
     offsets = np.arange(height_px * height_px, dtype=np.intp)
     offsets += values.ravel().astype(np.intp) * (height_px * height_px)
     return layers.take(offsets).view(np.uint8).reshape(height_px, height_px, 4)[..., :3]
+
+
+def _square(cells: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The columns ahead, as many as there are rows."""
+    rows, columns = cells.shape
+    cut = (columns - rows) // 2
+    return cells[:, cut : cut + rows]
+
+
+def _enlarged(cells: NDArray[np.uint8], height_px: int, width_px: int) -> NDArray[np.uint8]:
+    """The cell of each pixel, uint8 (height, width)."""
+    rows, columns = cells.shape
+    row, column = (
+        np.arange(height_px) * rows // height_px,
+        np.arange(width_px) * columns // width_px,
+    )
+    return cells.take(row, axis=0).take(column, axis=1)
 
 
 @lru_cache(maxsize=4)
