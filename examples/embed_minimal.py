@@ -1,13 +1,13 @@
 """Walkable ground in a picture, in metres, with numpy, onnxruntime and Pillow alone.
 
 `embed_minimal.py MODEL PICTURE` writes ground.png, ground_depth_m.npy (metres), ground_plane.json.
-A crop or a digital zoom after the shot, which EXIF tells, and panoramas are not looked for.
 `embed_minimal.py MODEL VECTORS OUT` runs test vectors, for `fp-export check-vectors VECTORS OUT`.
 """
 
 import json
 import math
 import os
+import re
 import sys
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -116,6 +116,29 @@ def input_size(width: int, height: int) -> tuple[int, int]:
     )
 
 
+def focal_px(photo: Image.Image) -> float:
+    """By what the file of a picture states, before it is turned upright (docs/porting.md)."""
+    exif, (w, h) = photo.getexif(), photo.size
+    more, xmp = exif.get_ifd(0x8769), str(photo.info.get("xmp", ""))
+    mm, zoom, W, H = (float(more.get(key, 0)) for key in (0xA405, 0xA404, 0xA002, 0xA003))
+    pano = dict(re.findall(r"(?<!/)GPano:(\w+)\W+(\w+)", xmp))
+    is_pano = "GPano" in xmp and pano.get("ProjectionType", "").lower() != "rectilinear"
+    if is_pano or more.get(0xA401) == 6:
+        sides = [pano.get(f"{key}WidthPixels", "") for key in ("CroppedAreaImage", "FullPano")]
+        shown, full = map(int, sides) if all(map(str.isdigit, sides)) else (1, 1)
+        if not 0 < shown <= full / 4:  # more than 90 degrees
+            sys.exit("a panorama, which no lens takes: cut a view out of it")
+        return w / math.tau / shown * full
+    if min(W, H) >= 1 and (W > H) != (w > h) and w != W and h != H:
+        W, H = H, W  # a program turned it, and kept what EXIF says
+    is_crop = min(W, H) >= 1 and abs(W / H * h / w - 1) > 0.02
+    if not 4 <= mm <= 5000 or (is_crop and (w > W or h > H)):
+        return max(w, h) / 2 / math.tan(math.radians(30))  # assumed: 60 degrees
+    is_zoomed = 1 < zoom <= 200 and not str(exif.get(0x10F, "")).startswith("Apple")
+    diagonal = math.hypot(W, H) if is_crop else math.hypot(w, h)
+    return mm * (zoom if is_zoomed else 1) * diagonal / math.hypot(36, 24)
+
+
 def lay_flat(depth_m: Array, plane: Array) -> Array:
     """The depth moved onto the plane, given by its inverse depth, where it lies close to it."""
     falls = plane > 1e-4
@@ -124,9 +147,18 @@ def lay_flat(depth_m: Array, plane: Array) -> Array:
     return 1 / (1 / depth_m + weight * (plane - 1 / depth_m))
 
 
-session = onnxruntime.InferenceSession(sys.argv[1], providers=["CPUExecutionProvider"])
-source = Path(sys.argv[2])
-if source.is_dir():
+def main() -> None:
+    """Ground of a picture, or of test vectors."""
+    source = Path(sys.argv[2])
+    if not source.is_dir():
+        photo = Image.open(source)
+        focal, image = focal_px(photo), ImageOps.exif_transpose(photo).convert("RGB")
+        lens = np.array([focal, focal, (image.width - 1) / 2, (image.height - 1) / 2])
+        found = find_ground(image, lens, input_size(*image.size))
+        Image.fromarray(found["ground"]).resize(image.size).save("ground.png")
+        np.save("ground_depth_m.npy", found["flat_ground_depth_m"])
+        Path("ground_plane.json").write_text(json.dumps(found["ground_plane"]))
+        return
     for entry in json.loads((source / "vectors.json").read_text())["vectors"]:
         image, camera = Image.open(source / entry["files"]["image"]), entry["image_intrinsics_px"]
         (out := Path(sys.argv[3], entry["name"])).mkdir(parents=True, exist_ok=True)
@@ -138,13 +170,8 @@ if source.is_dir():
             np.save(out / "flat_ground_depth_m.npy", flat_m)
         for name, array in found.items():
             np.save(out / f"{name}.npy", array)
-else:
-    image = ImageOps.exif_transpose(Image.open(source)).convert("RGB")
-    mm = image.getexif().get_ifd(0x8769).get(0xA405)  # of 35 mm film; no crop, no zoom: see above
-    focal = max(image.size) / 2 / math.tan(math.radians(30))  # 60 degrees along the longer side
-    focal = float(mm) * math.hypot(*image.size) / math.hypot(36, 24) if mm else focal
-    lens = np.array([focal, focal, (image.width - 1) / 2, (image.height - 1) / 2])
-    found = find_ground(image, lens, input_size(*image.size))
-    Image.fromarray(found["ground"]).resize(image.size).save("ground.png")
-    np.save("ground_depth_m.npy", found["flat_ground_depth_m"])
-    Path("ground_plane.json").write_text(json.dumps(found["ground_plane"]))
+
+
+if __name__ == "__main__":
+    session = onnxruntime.InferenceSession(sys.argv[1], providers=["CPUExecutionProvider"])
+    main()

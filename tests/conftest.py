@@ -1,8 +1,10 @@
 """What more than one part's tests need: the shared fixtures, a checkpoint of the paper's net."""
 
+import hashlib
 import importlib.util
 import json
 import os
+import pickle
 import platform
 import signal
 from pathlib import Path
@@ -75,3 +77,60 @@ def reference_fixture(shared) -> dict[str, np.ndarray]:
     """A picture, and what the published network makes of it with those weights."""
     with np.load(shared / "fixtures" / "reference" / "network_96x128.npz") as arrays:
         return dict(arrays)
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory):
+    """The function that makes something in a folder of its own, once for all test processes.
+
+    What ``make(folder)`` returns is pickled: the processes that come later get it from there.
+    """
+    filelock = pytest.importorskip("filelock")
+    base = tmp_path_factory.getbasetemp()
+    if os.environ.get("PYTEST_XDIST_WORKER"):
+        base = base.parent  # the folder of all processes
+
+    def give(name, make):
+        folder, result = base / f"once-{name}", base / f"once-{name}.pickle"
+        with filelock.FileLock(base / f"once-{name}.lock"):
+            if not result.is_file():
+                folder.mkdir(exist_ok=True)
+                result.write_bytes(pickle.dumps(make(folder)))
+        return pickle.loads(result.read_bytes())
+
+    return give
+
+
+@pytest.fixture(scope="session")
+def graphs_once(once):
+    """Makes each graph that torch's exporter gives once for all test processes.
+
+    It is known by architecture, part, weights and size. A graph takes 10 to 40 seconds.
+    """
+    import onnx
+    import onnx_ir as ir
+
+    from footprints_edge_export import convert as convert_module
+    from footprints_edge_export.graph import torch_export
+    from footprints_edge_export.graph.editing import to_proto
+
+    made, to_graph = {}, torch_export.to_graph
+
+    def remembered(network, size, *, gives_maps=False):
+        part = (getattr(network, "outputs", None), getattr(network, "scale", None))
+        weights = sum(tensor.double().sum().item() for tensor in network.state_dict().values())
+        key = (type(network).__name__, part, weights, size, gives_maps)
+        if key not in made:
+            name = f"graph-{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}"
+
+            def make(_folder):
+                graph = to_graph(network, size, gives_maps=gives_maps)
+                return to_proto(graph).SerializeToString()
+
+            made[key] = ir.from_proto(onnx.load_from_string(once(name, make)))
+        return made[key].clone()
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (convert_module, torch_export):
+            patch.setattr(module, "to_graph", remembered)
+        yield

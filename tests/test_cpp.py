@@ -56,25 +56,28 @@ class Library:
 
 
 @pytest.fixture(scope="module", params=[WHICH])
-def library(request, tmp_path_factory):
+def library(request, once):
     """The wheel of onnxruntime brings its shared library, but no header."""
     capi = Path(onnxruntime.__file__).parent / "capi"
     shared = next(capi.glob("libonnxruntime.so*"), None)
     if shared is None or not all(map(shutil.which, ("cmake", "c++", "pkg-config"))):
         pytest.skip("needs cmake, a C++ compiler, pkg-config, and a wheel of onnxruntime for Linux")
-    folder = tmp_path_factory.mktemp("cpp")
-    (folder / "libonnxruntime.so.1").symlink_to(shared)  # the name that it goes by
-    build, prefix = folder / "build", folder / "prefix"
-    run(
-        *("cmake", "-S", SOURCES, "-B", build, "-DFPE_TESTS=ON", "-DCMAKE_BUILD_TYPE=None"),
-        f"-DCMAKE_INSTALL_PREFIX={prefix}",
-        f"-DCMAKE_CXX_FLAGS={SANITIZED} -Werror",
-        f"-DONNXRUNTIME_INCLUDE_DIR={HEADERS[request.param]}",
-        f"-DONNXRUNTIME_LIBRARY={folder / 'libonnxruntime.so.1'}",
-    )
-    run("cmake", "--build", build, "--parallel", "2")
-    run("cmake", "--install", build)
-    return Library(prefix, build / "run_vectors", folder / "libonnxruntime.so.1")
+
+    def make(folder):
+        (folder / "libonnxruntime.so.1").symlink_to(shared)  # the name that it goes by
+        build, prefix = folder / "build", folder / "prefix"
+        run(
+            *("cmake", "-S", SOURCES, "-B", build, "-DFPE_TESTS=ON", "-DCMAKE_BUILD_TYPE=None"),
+            f"-DCMAKE_INSTALL_PREFIX={prefix}",
+            f"-DCMAKE_CXX_FLAGS={SANITIZED} -Werror",
+            f"-DONNXRUNTIME_INCLUDE_DIR={HEADERS[request.param]}",
+            f"-DONNXRUNTIME_LIBRARY={folder / 'libonnxruntime.so.1'}",
+        )
+        run("cmake", "--build", build, "--parallel", "2")
+        run("cmake", "--install", build)
+        return Library(prefix, build / "run_vectors", folder / "libonnxruntime.so.1")
+
+    return once(f"library-{request.param}", make)
 
 
 @pytest.fixture(scope="module")

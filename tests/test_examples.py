@@ -1,6 +1,7 @@
 """The example programs, held against the test vectors of the bundled model."""
 
 import ast
+import importlib.util
 import json
 import shutil
 import subprocess
@@ -8,10 +9,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import onnxruntime
 import pytest
 from model_facts import stated, states
 from painted_room import painted
-from PIL import Image
+from PIL import Image, ImageOps
 
 import footprints_edge as fp
 from footprints_edge_export.verification.check_vectors import check_vectors
@@ -49,6 +51,17 @@ def run(*words, **options):
     )
 
 
+def imported(path):
+    """A program, or a script of the tests, as a module."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+MINIMAL = imported(EXAMPLES / "embed_minimal.py")
+
+
 def differing(vectors, outputs):
     findings = check_vectors(vectors, outputs)
     assert "input" in {finding.quantity for finding in findings}
@@ -57,15 +70,22 @@ def differing(vectors, outputs):
 
 def test_the_minimal_program_is_short_and_needs_three_packages():
     text = (EXAMPLES / "embed_minimal.py").read_text()
-    assert len(text.splitlines()) <= 150
+    assert len(text.splitlines()) <= 180
     imports = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Import | ast.ImportFrom)]
     names = {getattr(n, "module", None) or n.names[0].name for n in imports}
     assert names - set(sys.stdlib_module_names) == {"numpy", "onnxruntime", "PIL"}
 
 
-def test_the_minimal_program_gives_the_vectors(model, vectors, tmp_path):
-    run(sys.executable, EXAMPLES / "embed_minimal.py", model.path, vectors, tmp_path)
-    assert differing(vectors, tmp_path) == []
+@pytest.fixture(scope="module")
+def minimal_outputs(model, vectors, tmp_path_factory):
+    """What the minimal program makes of the vectors."""
+    folder = tmp_path_factory.mktemp("minimal")
+    run(sys.executable, EXAMPLES / "embed_minimal.py", model.path, vectors, folder)
+    return folder
+
+
+def test_the_minimal_program_gives_the_vectors(vectors, minimal_outputs):
+    assert differing(vectors, minimal_outputs) == []
 
 
 def test_the_minimal_program_gives_a_painted_room(room, tmp_path):
@@ -84,13 +104,19 @@ def test_the_minimal_program_takes_a_picture(model, tmp_path):
 
 @pytest.mark.parametrize("upright", [False, True])
 @pytest.mark.parametrize("photo", ["room.jpg", "office.jpg"])
-def test_the_minimal_program_says_the_metres_of_fp_infer(photo, upright, model, tmp_path):
+def test_the_minimal_program_says_the_metres_of_fp_infer(
+    photo, upright, model, tmp_path, monkeypatch
+):
     path = EXAMPLES / photo
     if upright:  # another shape, by the same camera
         image = Image.open(path)
         path = tmp_path / "piece.png"
         image.crop((0, 0, 3 * image.height // 4, image.height)).save(path, exif=image.getexif())
-    run(sys.executable, EXAMPLES / "embed_minimal.py", model.path, path, cwd=tmp_path)
+    monkeypatch.chdir(tmp_path)
+    session = onnxruntime.InferenceSession(model.path, providers=["CPUExecutionProvider"])
+    monkeypatch.setattr(MINIMAL, "session", session, raising=False)
+    monkeypatch.setattr(sys, "argv", ["embed_minimal.py", str(model.path), str(path)])
+    MINIMAL.main()
     plane = json.loads((tmp_path / "ground_plane.json").read_text())
     expected = model.predict(path)
     assert plane["camera_height_m"] == pytest.approx(
@@ -102,13 +128,30 @@ def test_the_minimal_program_says_the_metres_of_fp_infer(photo, upright, model, 
     np.testing.assert_allclose(depth_m, expected.ground_depth_m, rtol=0.01)
 
 
-def test_the_minimal_program_gives_the_metres_of_the_vectors(model, vectors, tmp_path):
-    run(sys.executable, EXAMPLES / "embed_minimal.py", model.path, vectors, tmp_path)
-    checked = {f.quantity for f in check_vectors(vectors, tmp_path) if f.checked}
+def test_the_minimal_program_gives_the_metres_of_the_vectors(vectors, minimal_outputs):
+    checked = {f.quantity for f in check_vectors(vectors, minimal_outputs) if f.checked}
     assert {"ground_plane of the port's maps", "flat_ground_depth_m of the port's maps"} <= checked
 
 
 JS = CHECKOUT / "runtime" / "js"
+FILES = imported(JS / "tests" / "make_fixtures.py")
+
+
+@pytest.mark.parametrize("name", FILES.LENSES)
+def test_the_minimal_program_reads_a_file_s_lens(name, tmp_path, monkeypatch):
+    """Crops, digital zoom and panoramas: the files that hold the package for JavaScript, too."""
+    monkeypatch.setattr(FILES, "FIXTURES", tmp_path)
+    lens = FILES.write_lens(name, **FILES.LENSES[name])
+    with Image.open(tmp_path / f"lens-{name}.jpg") as photo:
+        if lens["panorama"]:
+            with pytest.raises(SystemExit, match="a panorama"):
+                MINIMAL.focal_px(photo)
+            return
+        size = ImageOps.exif_transpose(photo).size[::-1]
+        camera = fp.Intrinsics.assumed(size)
+        if lens["focal35mm"] is not None:
+            camera = fp.Intrinsics.from_focal_35mm(lens["focal35mm"], size)
+        assert MINIMAL.focal_px(photo) == pytest.approx(camera.fx, rel=1e-9)
 
 
 @pytest.mark.parametrize("place", stated(), ids=lambda place: f"{place.file}: {place.pattern}")

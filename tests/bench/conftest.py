@@ -8,9 +8,11 @@ import pytest
 from onnx import TensorProto, helper, numpy_helper
 from PIL import Image
 from predictions import make_prediction
+from typer.testing import CliRunner
 
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.model_files.metadata import ModelMetadata
+from footprints_edge_bench.cli import app
 
 SIZE = (32, 64)
 
@@ -40,6 +42,16 @@ def green_is_ground(tmp_path_factory):
     path = tmp_path_factory.mktemp("models") / "green.onnx"
     onnx.save(model, path)
     return path
+
+
+@pytest.fixture(scope="session")
+def fp_bench():
+    """The function that runs `fp-bench` in this process. What would be a traceback is raised."""
+
+    def run(*arguments):
+        return CliRunner().invoke(app, [*map(str, arguments)], catch_exceptions=False)
+
+    return run
 
 
 @pytest.fixture(scope="session")

@@ -1,9 +1,6 @@
 """Exports are slow: each is made once, and so is each network's graph, for all test processes."""
 
 import functools
-import hashlib
-import os
-import pickle
 
 import numpy as np
 import onnx
@@ -11,11 +8,9 @@ import onnx_ir as ir
 import onnxruntime as ort
 import pytest
 import torch
-from filelock import FileLock
 from onnx import TensorProto
 from PIL import Image
 
-from footprints_edge_export import convert as convert_module
 from footprints_edge_export.convert import convert
 from footprints_edge_export.graph.editing import to_proto
 from footprints_edge_export.report import Conversion
@@ -25,27 +20,6 @@ from footprints_edge_models.networks.reference import ReferenceNetwork
 torch.set_num_threads(1)  # small pictures: threads cost more than they give
 
 TRAINING = "nothing: random weights"
-
-
-@pytest.fixture(scope="session")
-def once(tmp_path_factory):
-    """The function that makes something in a folder of its own, once for all test processes.
-
-    What ``make(folder)`` returns is pickled: the processes that come later get it from there.
-    """
-    base = tmp_path_factory.getbasetemp()
-    if os.environ.get("PYTEST_XDIST_WORKER"):
-        base = base.parent  # the folder of all processes
-
-    def give(name, make):
-        folder, result = base / f"once-{name}", base / f"once-{name}.pickle"
-        with FileLock(base / f"once-{name}.lock"):
-            if not result.is_file():
-                folder.mkdir(exist_ok=True)
-                result.write_bytes(pickle.dumps(make(folder)))
-        return pickle.loads(result.read_bytes())
-
-    return give
 
 
 @pytest.fixture(scope="session")
@@ -88,26 +62,8 @@ def edge_checkpoint(edge_network, tmp_path_factory):
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _graphs_once(once):
-    """Remember the exporter's graph by architecture, weights and size."""
-    made, to_graph = {}, convert_module.to_graph
-
-    def remembered(network, size, **how):
-        weights = sum(part.sum().item() for part in network.parameters())
-        chosen = (getattr(network, "outputs", None), getattr(network, "scale", None))
-        key = (type(network).__name__, chosen, weights, size)
-        if key not in made:
-            name = f"graph-{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}"
-
-            def make(_folder):
-                return to_proto(to_graph(network, size, **how)).SerializeToString()
-
-            made[key] = ir.from_proto(onnx.load_from_string(once(name, make)))
-        return made[key].clone()
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(convert_module, "to_graph", remembered)
-        yield
+def _each_graph_once(graphs_once):
+    """torch's exporter is most of what a conversion takes."""
 
 
 @pytest.fixture(scope="session")
@@ -160,7 +116,6 @@ def edge_fp32(converted, conversion):
 
 
 SMALL = (64, 96)
-MIDDLE = (96, 128)
 
 
 @pytest.fixture(scope="session")
@@ -283,7 +238,7 @@ def reference_network():
                 module.weight.data *= 0.3
     with torch.no_grad():
         noise = torch.rand(4, 3, 12, 16)
-        network(torch.nn.functional.interpolate(noise, MIDDLE, mode="bicubic").clamp(0, 1))
+        network(torch.nn.functional.interpolate(noise, (96, 128), mode="bicubic").clamp(0, 1))
     return network.eval()
 
 
@@ -296,7 +251,7 @@ def reference_files(once, reference_network, conversion, photos):
         torch.save(reference_network.state_dict(), made["checkpoint"])
         for precision in ("fp32", "int8"):
             calibration = (photos,) if precision == "int8" else ()
-            wanted = conversion("reference", MIDDLE, precision, calibration)
+            wanted = conversion("reference", SMALL, precision, calibration)
             made[precision] = folder / f"{precision}.onnx"
             convert(made["checkpoint"], made[precision], wanted, overwrite=False)
         return made

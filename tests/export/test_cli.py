@@ -108,12 +108,12 @@ def test_photos_of_which_none_can_be_read_show_no_agreement(main, models, tmp_pa
     assert "broken" in err
 
 
-def test_a_model_that_is_none_is_a_model_problem(models, pictures, tmp_path):
+def test_a_model_that_is_none_is_a_model_problem(main, models, pictures, tmp_path):
     (tmp_path / "text.onnx").write_text("not a model")
-    done = fp_export("verify", models["a"], tmp_path / "text.onnx", "--images", pictures)
-    assert (done.returncode, done.stdout) == (3, "")
-    assert one_line(done.stderr)
-    assert "text.onnx" in done.stderr
+    code, out, err = main("verify", models["a"], tmp_path / "text.onnx", "--images", pictures)
+    assert (code, out) == (3, "")
+    assert one_line(err)
+    assert "text.onnx" in err
 
 
 def test_a_wrong_option_is_a_usage_error(models):
@@ -182,13 +182,13 @@ def test_a_checkpoint_of_another_network_is_a_model_problem(main, edge_checkpoin
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_checkpoint_that_is_not_there_is_no_traceback(tmp_path):
-    done = fp_export(
+def test_a_checkpoint_that_is_not_there_is_no_traceback(main, tmp_path):
+    code, out, err = main(
         *("convert", tmp_path / "gone.pth", "-o", tmp_path / "a.onnx", "--arch", "edge")
     )
-    assert (done.returncode, done.stdout) == (3, "")
-    assert one_line(done.stderr)
-    assert f"{tmp_path / 'gone.pth'}: no such checkpoint" in done.stderr
+    assert (code, out) == (3, "")
+    assert one_line(err)
+    assert f"{tmp_path / 'gone.pth'}: no such checkpoint" in err
 
 
 def test_a_checkpoint_that_is_not_there_while_the_output_is(main, tmp_path):

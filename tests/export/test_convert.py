@@ -383,17 +383,6 @@ def test_a_checkpoint_of_another_network_is_refused(edge_checkpoint, conversion,
     assert list(tmp_path.iterdir()) == []
 
 
-def test_untrained_reference_weights_become_int8(photos, conversion, tmp_path):
-    """Their first batch norm folds to no bias, which the rounded zero of the image needs."""
-    torch.manual_seed(0)
-    torch.save(ReferenceNetwork().state_dict(), tmp_path / "model.pth")
-    wanted = conversion("reference", (64, 96), "int8", (photos,))
-    output = tmp_path / "a.onnx"
-    report = convert(tmp_path / "model.pth", output, wanted, overwrite=False)
-    assert max(report.fp32_to_int8["max_abs"].values()) < 0.2
-    assert plain_maps(output, noise(64, 96)).shape == (1, 4, 64, 96)
-
-
 def int8_of(folder, conversion):
     return conversion(size=(64, 96), precision="int8", calibration=(folder,))
 

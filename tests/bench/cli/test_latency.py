@@ -1,20 +1,13 @@
 """`fp-bench latency`, `table` and `roofline`: help, messages, files."""
 
 import json
-import subprocess
-import sys
 
 import pytest
 
 
-def command(*arguments, cwd=None):
-    return subprocess.run(
-        [sys.executable, "-m", "footprints_edge_bench.cli", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=cwd,
-    )
+@pytest.fixture(autouse=True)
+def _in_a_folder_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -28,26 +21,25 @@ def command(*arguments, cwd=None):
         (["latency", "--trials", "1"], "trials"),
     ],
 )
-def test_what_is_wrong_is_said_in_a_line(tmp_path, arguments, words):
-    done = command(*arguments, cwd=tmp_path)
-    assert done.returncode == 2
+def test_what_is_wrong_is_said_in_a_line(fp_bench, arguments, words):
+    done = fp_bench(*arguments)
+    assert done.exit_code == 2
     assert words in done.stderr
-    assert "Traceback" not in done.stderr
     assert not done.stdout
 
 
-def test_the_command_writes_its_files_and_fails_for_a_row_of_ours(tmp_path):
+def test_the_command_writes_its_files_and_fails_for_a_row_of_ours(fp_bench, tmp_path):
     options = ["--trials", 2, "--threads", 1, "--network-only", "--cache", tmp_path / "cache"]
-    done = command("latency", "--only", "edge 256x448 onnxruntime", *options, cwd=tmp_path)
-    assert done.returncode == 1  # no checkpoint here to make the float row from
+    done = fp_bench("latency", "--only", "edge 256x448 onnxruntime", *options)
+    assert done.exit_code == 1  # no checkpoint here to make the float row from
     assert "Not run: edge 256x448 onnxruntime fp32" in done.stderr
     assert (tmp_path / "latency/latency.md").read_text() == done.stdout
     assert json.loads((tmp_path / "latency/latency.json").read_text())["trials"] == 2
     assert (tmp_path / "latency/latency.png").stat().st_size > 1000
 
 
-def test_a_model_file_is_a_row(green_is_ground, tmp_path):
+def test_a_model_file_is_a_row(fp_bench, green_is_ground, tmp_path):
     options = ["--trials", 2, "--threads", 1, "--network-only", "--cache", tmp_path / "cache"]
-    done = command("latency", "--only", "green", "--model", green_is_ground, *options, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = fp_bench("latency", "--only", "green", "--model", green_is_ground, *options)
+    assert done.exit_code == 0, done.stderr
     assert f"{green_is_ground} 32x64 onnxruntime fp32" in done.stdout

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from footprints_edge_bench.cli import app
 
 
-@pytest.mark.usefixtures("exact_int8")
+@pytest.mark.usefixtures("exact_int8", "graphs_once")
 def test_what_changes_in_the_maps_of_trained_weights(tmp_path):
     """The bundled weights: int8 is near float32, and the passes are nearer to int8 than that."""
     weights = Path(__file__).parents[3] / "models" / "weights" / "edge.pt"

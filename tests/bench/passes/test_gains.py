@@ -1,6 +1,7 @@
 """Gains of passes: rounds are compared, not minutes of a busy machine."""
 
 import pytest
+import torch
 
 from footprints_edge_bench.passes import gains as passes
 from footprints_edge_bench.passes.gains import (
@@ -45,6 +46,7 @@ def test_ratios_are_of_the_same_round():
         ),
     ],
 )
+@pytest.mark.usefixtures("graphs_once")
 def test_each_pass_of_a_precision_has_its_row(monkeypatch, precision, applied):
     """The edge network: small, and each of its files runs."""
     times_ms = {}
@@ -58,5 +60,6 @@ def test_each_pass_of_a_precision_has_its_row(monkeypatch, precision, applied):
         return times_ms
 
     monkeypatch.setattr(passes, "interleaved_ms", once)
+    torch.manual_seed(0)  # of both precisions the same weights, and one graph
     gains = measure_gains("edge", precision, (64, 96), threads=1, trials=3)
     assert [gain.name for gain in gains] == [AS_EXPORTED, *applied]

@@ -12,7 +12,7 @@ from footprints_edge_export.errors import VerificationError
 from footprints_edge_export.graph.editing import constant, set_constant
 from footprints_edge_export.passes.registry import PASSES, Pass, PassStage, apply_passes
 
-SIZE = (96, 128)
+SIZE = (64, 96)
 HEADS = {"edge": 1, "reference": 2}
 
 
@@ -21,23 +21,26 @@ def use_passes(patch, passes):
 
 
 @pytest.fixture(scope="module", params=["edge", "reference"])
-def plain(request, reference_files, edge_checkpoint, conversion, photos, tmp_path_factory):
+def plain(request, once, reference_files, edge_checkpoint, conversion, photos):
     """A network's name and its files as they are without passes: fp32 and int8."""
     name = request.param
-    folder = tmp_path_factory.mktemp("plain")
     checkpoint = edge_checkpoint if name == "edge" else reference_files["checkpoint"]
-    files = {}
-    with pytest.MonkeyPatch.context() as patch:
-        use_passes(patch, ())
-        for precision in ("fp32", "int8"):
-            files[precision] = folder / f"{precision}.onnx"
-            calibration = (photos,) if precision == "int8" else ()
-            wanted = conversion(name, SIZE, precision, calibration)
-            convert(checkpoint, files[precision], wanted, overwrite=False)
-    return name, files
+
+    def make(folder):
+        files = {}
+        with pytest.MonkeyPatch.context() as patch:
+            use_passes(patch, ())
+            for precision in ("fp32", "int8"):
+                files[precision] = folder / f"{precision}.onnx"
+                calibration = (photos,) if precision == "int8" else ()
+                wanted = conversion(name, SIZE, precision, calibration)
+                convert(checkpoint, files[precision], wanted, overwrite=False)
+        return files
+
+    return name, once(f"plain-{name}", make)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def pictures(photos):
     """The photos at the network's size, uint8 (1, H, W, 3) each."""
     return [
@@ -46,16 +49,25 @@ def pictures(photos):
     ]
 
 
+@pytest.fixture(scope="module")
+def plain_maps(plain, pictures, running):
+    """What the files without passes make of the pictures, by precision."""
+    _, files = plain
+    loaded = {precision: running(onnx.load(path)) for precision, path in files.items()}
+    return {precision: [give(p)[0] for p in pictures] for precision, give in loaded.items()}
+
+
 @pytest.mark.parametrize("each", PASSES, ids=lambda each: each.name)
-def test_each_pass_alone_keeps_the_maps(plain, pictures, run, rewritten, each):
+def test_each_pass_alone_keeps_the_maps(plain, plain_maps, pictures, running, rewritten, each):
     name, files = plain
     precisions = [each.stage.value] if each.stage != PassStage.FLOAT else ["fp32", "int8"]
     for precision in precisions:
         model = onnx.load(files[precision])
         faster = rewritten(each.rewrite, model)
         onnx.checker.check_model(faster, full_check=True)
-        for picture in pictures[:3]:
-            (expected,), (found,) = run(model, picture), run(faster, picture)
+        maps_of = running(faster)
+        for picture, expected in zip(pictures[:3], plain_maps[precision], strict=False):
+            (found,) = maps_of(picture)
             assert expected.std(axis=(2, 3)).min() > 1e-3
             if each.name == "elu_on_bytes" and name == "reference":
                 continue  # not exact: the next test
@@ -67,16 +79,16 @@ def _all_int8_passes(model):
     apply_passes(model, PassStage.INT8)
 
 
-def test_all_passes_cost_int8_nothing(plain, pictures, run, rewritten):
+def test_all_passes_cost_int8_nothing(plain, plain_maps, pictures, running, rewritten):
     """Further from float than plain int8 is, they are not: their errors are of its own kind."""
     _, files = plain
-    fp32, int8 = onnx.load(files["fp32"]), onnx.load(files["int8"])
-    fast = rewritten(_all_int8_passes, int8)
+    fast = running(rewritten(_all_int8_passes, onnx.load(files["int8"])))
     off, plain_off = [], []
-    for picture in pictures:
-        (expected,) = run(fp32, picture)
-        off.append(np.abs(run(fast, picture)[0] - expected).mean())
-        plain_off.append(np.abs(run(int8, picture)[0] - expected).mean())
+    for picture, expected, int8 in zip(
+        pictures, plain_maps["fp32"], plain_maps["int8"], strict=True
+    ):
+        off.append(np.abs(fast(picture)[0] - expected).mean())
+        plain_off.append(np.abs(int8 - expected).mean())
     assert np.mean(off) <= 1.05 * np.mean(plain_off)
 
 

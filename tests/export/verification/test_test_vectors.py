@@ -35,15 +35,19 @@ MOST_BYTES = 13e6
 
 @pytest.fixture(scope="module")
 def model():
-    return fp.load(threads=1)
+    """The bundled model, of which no sum saturates on any processor."""
+    return fp.load(threads=1, session_options={"session.x64quantprecision": "1"})
 
 
 @pytest.fixture(scope="module")
-def vectors(model, tmp_path_factory):
+def vectors(model, once):
     """The vectors of the bundled model."""
-    folder = tmp_path_factory.mktemp("vectors")
-    write_vectors(model, folder)
-    return folder
+
+    def make(folder):
+        write_vectors(model, folder)
+        return folder
+
+    return once("vectors", make)
 
 
 @pytest.fixture(scope="module")
@@ -299,16 +303,13 @@ def test_a_damaged_output_is_a_finding_and_no_crash(vectors, tmp_path):
     assert failing(check_vectors(vectors, outputs)) == {"ground", "maps"}
 
 
-def test_openvino_passes_where_no_sum_saturates(tmp_path):
+def test_openvino_passes_where_no_sum_saturates(vectors, manifest, tmp_path):
     """Either engine saturates on x86 without VNNI, in its own order, unless it is told not to."""
     pytest.importorskip("openvino", reason="the extra openvino is not installed")
-    exact = fp.load(threads=1, session_options={"session.x64quantprecision": "1"})
-    write_vectors(exact, tmp_path / "vectors")
-    manifest = json.loads((tmp_path / "vectors" / "vectors.json").read_text())
     in_floats = {"LP_TRANSFORMS_MODE": "NO"}
     port = port_of(fp.load(engine="openvino", threads=1, session_options=in_floats), manifest)
-    outputs = write_port(tmp_path / "port", tmp_path / "vectors", manifest, port)
-    assert failing(check_vectors(tmp_path / "vectors", outputs)) == set()
+    outputs = write_port(tmp_path / "port", vectors, manifest, port)
+    assert failing(check_vectors(vectors, outputs)) == set()
 
 
 def test_a_file_of_fixed_size_has_vectors_of_that_size(edge_fixed, tmp_path):

@@ -2,8 +2,6 @@
 
 import itertools
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -89,16 +87,8 @@ def test_a_damaged_run_is_a_model_problem(tmp_path):
 def test_the_command_trains(tmp_path):
     photos(tmp_path / "data", 60)  # some of which are held out
     arguments = ("edge", tmp_path / "data", "--run", tmp_path / "run", "--schedule", "64x64:1")
-    done = subprocess.run(
-        [
-            *(sys.executable, "-m", "footprints_edge_models.cli"),
-            *map(str, (*arguments, "--batch", 2, "--device", "cpu")),
-        ],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    done = fp_train(*arguments, "--batch", 2, "--device", "cpu")
+    assert done.exit_code == 0, done.stderr
     assert done.stdout.strip() == str(tmp_path / "run" / "weights.pt")
     state = read_checkpoint(tmp_path / "run" / "last.pt")
     assert json.loads(json.dumps(state["recipe"]))["batch"] == 2
