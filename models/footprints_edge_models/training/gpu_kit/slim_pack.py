@@ -110,7 +110,7 @@ def _slim_arrays(data: bytes) -> bytes:
         if number.isdecimal() and f"alpha{number}" not in slim:
             slim[name] = _slim_texture(array)
     buffer = io.BytesIO()
-    np.savez(buffer, **slim)
+    np.savez(buffer, **slim)  # type: ignore[arg-type]
     return buffer.getvalue()
 
 

@@ -103,7 +103,7 @@ def _decoded(facts: list[Any], data: list[bytes]) -> ShardView:
     height, width = labels.shape
     if picture.shape != (height, width, 3) or stacked.shape != (2 * height, width):
         raise ValueError(f"pictures of one view differ in size: {picture.shape}, {labels.shape}")
-    if (picture.dtype, labels.dtype, stacked.dtype) != (np.uint8, np.uint8, np.uint16):
+    if [each.dtype.name for each in (picture, labels, stacked)] != ["uint8", "uint8", "uint16"]:
         raise ValueError("pictures of one view have other depths than they should")
     levels = np.dstack([stacked[:height], stacked[height:]]).astype(np.float32)
     depth_m = NEAREST_M * np.exp((levels - 1) / (LEVELS - 1) * _SPAN)
