@@ -37,6 +37,7 @@ ORDER = {
     "footprints_edge_models": (
         "__init__",
         "sample",
+        "bounded_files",
         "networks",
         "mapping",
         "sequences",

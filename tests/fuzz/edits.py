@@ -1,7 +1,9 @@
 """Hypothesis strategies that spoil sound files: their bytes, words, or fields of a message."""
 
+import io
 import math
 import struct
+import zipfile
 from collections.abc import Sequence
 from typing import Any
 
@@ -74,6 +76,28 @@ def edited_text(draw: Any, seeds: Sequence[str]) -> bytes:
             lines.remove(line)
     text = "\n".join(" ".join(line) for line in lines)
     return text.encode("utf-8", "surrogateescape")
+
+
+@st.composite
+def edited_zip(draw: Any, data: bytes) -> bytes:
+    """A zip whose bytes are spoiled, or those of a file in it, whose checksum is right then."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        files = {entry.filename: archive.read(entry) for entry in archive.infolist()}
+    name = draw(st.sampled_from(["", *sorted(files)]))
+    if not name:
+        return draw(edited_bytes([data]))
+    whole = files[name]
+    if zipfile.is_zipfile(io.BytesIO(whole)):
+        files[name] = draw(edited_zip(whole))
+    elif name.endswith(".json"):
+        files[name] = draw(edited_text([whole.decode()]))
+    else:
+        files[name] = draw(edited_bytes([whole]))
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for each, content in files.items():
+            archive.writestr(each, content)
+    return buffer.getvalue()
 
 
 @st.composite

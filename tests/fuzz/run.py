@@ -19,7 +19,10 @@ import traceback
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-KINDS = ("pictures", "exif", "models", "checkpoints", "calibrations", "sequences")
+KINDS = (
+    *("pictures", "exif", "models", "checkpoints", "calibrations", "sequences"),
+    *("packs", "views"),
+)
 
 LIMIT_S = 60
 """An input that takes more of a core's time has failed, as one that waits for ten times as long."""

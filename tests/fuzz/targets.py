@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from edits import edited_bytes, edited_message, edited_text
+from edits import edited_bytes, edited_message, edited_text, edited_zip
 from hypothesis import strategies as st
 from PIL import Image
 from PIL.ExifTags import IFD, Base
@@ -362,6 +362,89 @@ def check_sequence(data: bytes) -> None:
             assert np.isfinite(sequence.up).all()
 
 
+def check_pack(data: bytes) -> None:
+    """Any pack of assets gives triangles of points that are there, or is refused."""
+    from footprints_edge_models.asset_files.pack import AssetPack
+
+    with file_of(data, "assets.zip") as path, typed_errors():
+        pack = AssetPack(path)
+        for entry in pack.entries:
+            with typed_errors():
+                if entry.kind in {"texture", "panorama"}:
+                    assert pack.picture(entry).ndim == 3
+                    continue
+                for surface in getattr(pack, entry.kind)(entry).surfaces:
+                    assert np.isfinite(surface.points).all()
+                    assert surface.uv.shape == (len(surface.points), 2)
+                    if len(surface.triangles):
+                        low, high = surface.triangles.min(), surface.triangles.max()
+                        assert 0 <= low <= high < len(surface.points)
+
+
+def check_views(data: bytes) -> None:
+    """Any shard of a kit gives views of one size, or is refused."""
+    from footprints_edge_models.training.gpu_kit.view_shard import read_shard
+
+    with file_of(data, "views.zip") as path, typed_errors():
+        for each in read_shard(path, threads=1):
+            height, width = each.view.size
+            assert each.view.depths_m.shape == (height, width, 2)
+            assert np.isfinite(each.view.depths_m).all()
+
+
+def _pack() -> bytes:
+    """A model with a texture, a world, a texture and a panorama."""
+    import json
+
+    import trimesh
+
+    from footprints_edge_models.asset_files.pack import pack_assets
+
+    credit = {"licence": "CC0-1.0", "author": "Somebody", "source": "somewhere"}
+    camera = {"position": [1, 1.5, -2], "look_at": [0, 1, 0], "eye_height": 1.5}
+    things = {"file": "car.glb", "category": "car", "size": [2, 1, 4], "nodes": [], **credit}
+    texture = {"file": "one.jpg", "cls": "woodfloor", "use": "floor", **credit}
+    panorama = {"projection": "equirectangular", "shows": "a room", "setting": "indoor"}
+    nodes = [{"name": "body", "role": "wall"}]
+    described = {
+        "objects/index.json": [things | {"nodes": [{"name": "body"}]}],
+        "worlds/hall.json": {"title": "A hall", "nodes": nodes, **credit},
+        "worlds/hall.cameras.json": {"cameras": [camera]},
+        "textures/index.json": [texture],
+        "panoramas/index.json": [{"file": "one.jpg", **panorama, **credit}],
+    }
+    with tempfile.TemporaryDirectory(prefix="fp-fuzz-") as scratch:
+        folder = Path(scratch)
+        for name, facts in described.items():
+            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).write_text(json.dumps(facts))
+        for name, size in (("objects/car", (2, 1, 4)), ("worlds/hall", (6, 3, 8))):
+            mesh = trimesh.creation.box(size)
+            mesh.apply_translation((0, size[1] / 2, 0))
+            uv = mesh.vertices[:, :2]
+            mesh.visual = trimesh.visual.TextureVisuals(uv, image=Image.fromarray(PICTURE))
+            scene = trimesh.Scene()
+            scene.add_geometry(mesh, node_name="body", geom_name="body")
+            (folder / f"{name}.glb").write_bytes(scene.export(file_type="glb"))
+        for name in ("textures", "panoramas"):
+            Image.fromarray(PICTURE).save(folder / name / "one.jpg")
+        report = pack_assets([folder], folder / "assets.zip")
+        assert len(report.counts) == 4, report
+        return (folder / "assets.zip").read_bytes()
+
+
+def _views() -> bytes:
+    from footprints_edge_models.training.gpu_kit.stored_view import StoredView
+    from footprints_edge_models.training.gpu_kit.view_shard import ShardView, write_shard
+
+    pixels = np.dstack([PICTURE, PICTURE[..., 0] & 63])
+    view = StoredView(pixels, np.full((24, 40, 2), 2.5, np.float16), (30.0, 30.0, 19.5, 11.5))
+    with tempfile.TemporaryDirectory(prefix="fp-fuzz-") as scratch:
+        path = Path(scratch, "views.zip")
+        write_shard(path, [ShardView(view, "photos", "train")] * 2)
+        return path.read_bytes()
+
+
 @cache
 def _pictures() -> Path:
     """A folder with the pictures that the sequences name."""
@@ -423,4 +506,6 @@ TARGETS = {
     "checkpoints": Target(check_checkpoint, _checkpoints_to_spoil),
     "calibrations": Target(check_calibration, lambda: edited_text(CALIBRATIONS)),
     "sequences": Target(check_sequence, lambda: edited_text(SEQUENCES)),
+    "packs": Target(check_pack, lambda: edited_zip(_pack())),
+    "views": Target(check_views, lambda: edited_zip(_views())),
 }

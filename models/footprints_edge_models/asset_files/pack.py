@@ -11,11 +11,12 @@ import io
 import json
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 import cv2
 import numpy as np
@@ -40,6 +41,12 @@ from footprints_edge_models.asset_files.pictures import (
 from footprints_edge_models.asset_files.simplify import simplified
 from footprints_edge_models.asset_files.sweet_home import SweetHomeCatalogue
 from footprints_edge_models.asset_files.world_plan import TakenGround, WorldPlan
+from footprints_edge_models.bounded_files import (
+    MOST_BYTES,
+    decode_picture,
+    read_arrays,
+    refuse_packed,
+)
 
 FORMAT = 2
 MOST_TRIANGLES = 4000
@@ -59,6 +66,7 @@ _JPEG_QUALITY = 90
 
 Kind: TypeAlias = Literal["model", "world", "texture", "panorama"]
 Split: TypeAlias = Literal["train", "test"]
+_Arrays: TypeAlias = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
@@ -274,15 +282,28 @@ def _plan_arrays(plan: WorldPlan) -> dict[str, NDArray[Any]]:
     }
 
 
-def _plan(arrays: Any) -> WorldPlan:  # noqa: ANN401 - a file of numpy's
-    ends = np.cumsum(arrays["outline_lengths"])
-    outlines = np.split(arrays["outline_points"].astype(np.float64), ends)[:-1]
+def _plan(arrays: _Arrays, surfaces: int) -> WorldPlan:
     by, levels = arrays["taken_by"].tolist(), arrays["taken_level_m"].tolist()
+    thing_of = tuple(arrays["thing_of"].tolist())
+    if len(thing_of) != surfaces:
+        raise ValueError(f"the things of {len(thing_of)} surfaces, there are {surfaces}")
     return WorldPlan(
-        tuple(arrays["thing_of"].tolist()),
-        tuple(map(TakenGround, by, levels, outlines)),
+        thing_of,
+        tuple(TakenGround(*taken) for taken in zip(by, levels, _outlines(arrays), strict=True)),
         tuple(arrays["storeys_m"].tolist()),
     )
+
+
+def _outlines(arrays: _Arrays) -> list[NDArray[np.float64]]:
+    points = arrays["outline_points"].astype(np.float64)
+    return _parts(points.reshape(-1, 2), arrays["outline_lengths"])
+
+
+def _parts(values: NDArray[Any], lengths: NDArray[Any]) -> list[NDArray[Any]]:
+    """Rows one after the other as the arrays that they were, all of which are there."""
+    if lengths.min(initial=0) < 0 or lengths.sum() != len(values):
+        raise ValueError(f"{lengths.sum()} rows are stated, there are {len(values)}")
+    return np.split(values, np.cumsum(lengths))[:-1]
 
 
 def _npz(surfaces: Sequence[Surface], longest_px: int, extra: dict[str, NDArray[Any]]) -> bytes:
@@ -345,9 +366,12 @@ def _jpeg(texture: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def decode_jpeg(data: bytes | NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """uint8 (H, W, 3), RGB."""
-    bgr = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), np.uint8)
+    """uint8 (H, W, 3), RGB.
+
+    Raises:
+        ValueError: It is damaged.
+    """
+    return np.asarray(cv2.cvtColor(decode_picture(data), cv2.COLOR_BGR2RGB), np.uint8)
 
 
 class AssetPack:
@@ -361,16 +385,18 @@ class AssetPack:
         """
         self.path = path
         try:
+            refuse_packed(path)  # packs are stored
             self._zip = zipfile.ZipFile(path)
             index = json.loads(self._zip.read("index.json"))
-        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
-            raise AssetError(f"{path} is not a pack of assets: {error}") from error
-        if index.get("format") != FORMAT:
+            stated = index.get("format")
+            self.entries = [_entry(facts) for facts in index["entries"]] if stated == FORMAT else []
+        except Exception as error:  # damaged bytes make the readers raise nearly anything
+            raise AssetError(f"{path} is not a pack of assets: {_said(error)}") from error
+        if stated != FORMAT:
             raise AssetError(
-                f"{path} has format {index.get('format')!r}, this version reads {FORMAT}; pack the "
-                "assets again"
+                f"{path} has format {stated!r:.100}, this version reads {FORMAT}; pack the assets "
+                "again"
             )
-        self.entries = [_entry(facts) for facts in index["entries"]]
 
     @cached_property
     def fingerprint(self) -> str:
@@ -383,59 +409,120 @@ class AssetPack:
         return [entry for entry in self.entries if (entry.kind, entry.split) == (kind, split)]
 
     def model(self, entry: PackEntry) -> Asset:
-        """A model's triangles."""
-        with np.load(io.BytesIO(self._zip.read(f"models/{entry.key}.npz"))) as arrays:
-            surfaces = tuple(_surfaces(arrays))
-            ends = np.cumsum(arrays["outline_lengths"])[:-1]
-            outlines = tuple(np.split(arrays["outline_points"].astype(np.float64), ends))
-        return Asset(
-            entry.key,
-            entry.name,
-            entry.category,
-            entry.size_m,
-            surfaces,
-            entry.credit,
-            outlines if len(outlines[0]) else (),
-        )
+        """A model's triangles.
+
+        Raises:
+            AssetError: If it is missing or damaged.
+        """
+        with self._reading(f"models/{entry.key}.npz") as data:
+            arrays = _arrays(data)
+            return Asset(
+                entry.key,
+                entry.name,
+                entry.category,
+                entry.size_m,
+                tuple(_surfaces(arrays)),
+                entry.credit,
+                tuple(_outlines(arrays)),
+            )
 
     def world(self, entry: PackEntry) -> World:
-        """A world's triangles and viewpoints."""
-        with np.load(io.BytesIO(self._zip.read(f"worlds/{entry.key}.npz"))) as arrays:
-            views = zip(arrays["eyes"], arrays["looks"], arrays["heights"], strict=True)
+        """A world's triangles and viewpoints.
+
+        Raises:
+            AssetError: If it is missing or damaged.
+        """
+        with self._reading(f"worlds/{entry.key}.npz") as data:
+            arrays = _arrays(data)
+            surfaces = tuple(_surfaces(arrays))
+            eyes, looks = arrays["eyes"].reshape(-1, 3), arrays["looks"].reshape(-1, 3)
+            views = zip(eyes, looks, arrays["heights"], strict=True)
             core = tuple(float(side) for side in arrays["core"])
             return World(
                 entry.key,
                 tuple(
                     replace(surface, name=str(name))
-                    for surface, name in zip(_surfaces(arrays), arrays["names"], strict=True)
+                    for surface, name in zip(surfaces, arrays["names"], strict=True)
                 ),
                 tuple(Viewpoint(eye, look, float(height)) for eye, look, height in views),
                 (core[0], core[1], core[2], core[3]) if core else None,
                 entry.credit,
-                _plan(arrays),
+                _plan(arrays, len(surfaces)),
             )
 
     def picture(self, entry: PackEntry) -> NDArray[np.uint8]:
-        """A texture or a panorama, uint8 (H, W, 3), RGB."""
-        return decode_jpeg(self._zip.read(f"{entry.kind}s/{entry.key}.jpg"))
+        """A texture or a panorama, uint8 (H, W, 3), RGB.
+
+        Raises:
+            AssetError: If it is missing or damaged.
+        """
+        with self._reading(f"{entry.kind}s/{entry.key}.jpg") as data:
+            return decode_jpeg(data)
+
+    @contextmanager
+    def _reading(self, name: str) -> Iterator[bytes]:
+        """The bytes of a file in the pack; what goes wrong with them names it."""
+        try:
+            yield self._zip.read(name)
+        except Exception as error:  # damaged bytes make the readers raise nearly anything
+            raise AssetError(
+                f"{self.path}: {name!r:.200} is missing or damaged ({_said(error)}); pack the "
+                "assets again"
+            ) from error
+
+
+def _said(error: Exception) -> str:
+    """What it says, printable: it may cite the file."""
+    return "".join(c if c.isprintable() else " " for c in f"{error!s:.300}")
 
 
 def _entry(facts: dict[str, Any]) -> PackEntry:
-    width, depth, height = facts.pop("size_m")
-    return PackEntry(
+    width, depth, height = map(float, facts["size_m"])
+    entry = PackEntry(
         **facts | {"size_m": (width, depth, height), "credit": Credit(**facts["credit"])}
     )
+    texts = (entry.key, entry.name, entry.category, *vars(entry.credit).values())
+    if entry.kind not in get_args(Kind) or not all(isinstance(text, str) for text in texts):
+        raise ValueError(f"no asset: {entry}")
+    if not (np.isfinite(entry.size_m).all() and min(entry.size_m) >= 0):
+        raise ValueError(f"{entry.key}: {entry.size_m} m large")
+    return entry
 
 
-def _surfaces(arrays: Any) -> Iterator[Surface]:  # noqa: ANN401 - a file of numpy's
-    """The surfaces; those of one texture hold the same array."""
+def _arrays(data: bytes) -> _Arrays:
+    """The arrays of a model or a world.
+
+    Raises:
+        ValueError: They are damaged, or one holds a number that is none.
+    """
+    arrays = read_arrays(data)
+    for name, array in arrays.items():
+        if array.dtype.kind == "f" and not np.isfinite(array).all():
+            raise ValueError(f"{name} is not finite")
+    return arrays
+
+
+def _surfaces(arrays: _Arrays) -> Iterator[Surface]:
+    """The surfaces; those of one texture hold the same array.
+
+    Raises:
+        ValueError: Their numbers lead nowhere: code in C++ would follow them.
+    """
     boxes, roles, rgb, textures = (arrays[name] for name in ("boxes", "roles", "rgb", "textures"))
-    points = np.split(arrays["points"], np.cumsum(arrays["point_counts"])[:-1])
-    triangles = np.split(
-        arrays["triangles"].astype(np.int32), np.cumsum(arrays["triangle_counts"])[:-1]
+    points = _parts(arrays["points"].reshape(-1, 3), arrays["point_counts"])
+    triangles = _parts(
+        arrays["triangles"].astype(np.int32).reshape(-1, 3), arrays["triangle_counts"]
     )
-    uv, used = arrays["uv"], 0
-    drawn = [_drawn(arrays, number) for number in range(int(textures.max(initial=-1)) + 1)]
+    for ours, theirs in zip(points, triangles, strict=True):
+        if len(theirs) and not 0 <= theirs.min() <= theirs.max() < len(ours):
+            raise ValueError(f"a triangle of vertex {theirs.max()}, there are {len(ours)}")
+    uv, used = arrays["uv"].reshape(-1, 2), 0
+    drawn, taken = [], 0
+    for number in range(int(textures.max(initial=-1)) + 1):
+        drawn.append(_drawn(arrays, number))
+        taken += drawn[-1][0].nbytes
+        if taken > MOST_BYTES:
+            raise ValueError(f"its textures take more than {MOST_BYTES} bytes")
     for number, role in enumerate(roles):
         low, step = boxes[number]
         own_points = (points[number] * step + low).astype(np.float32)
@@ -445,18 +532,19 @@ def _surfaces(arrays: Any) -> Iterator[Surface]:  # noqa: ANN401 - a file of num
             texture, alpha = drawn[textures[number]]
             own_uv = uv[used : used + len(own_points)]
             used += len(own_points)
+        if own_uv.shape != (len(own_points), 2) or not np.isfinite(own_points).all():
+            raise ValueError(f"surface {number}: vertices without a place")
         red, green, blue = (int(value) for value in rgb[number])
         yield Surface(
             own_points, triangles[number], own_uv, (red, green, blue), texture, alpha, str(role)
         )
 
 
-def _drawn(
-    arrays: Any,  # noqa: ANN401 - a file of numpy's
-    number: int,
-) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+def _drawn(arrays: _Arrays, number: int) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
     texture = decode_jpeg(arrays[f"texture{number}"])
     if f"alpha{number}" not in arrays:
         return texture, None
     bits = np.unpackbits(arrays[f"alpha{number}"], axis=1)[:, : texture.shape[1]]
+    if bits.shape != texture.shape[:2]:
+        raise ValueError(f"texture {number}: its holes are of another size")
     return texture, bits.astype(bool)

@@ -3,7 +3,6 @@
 import hashlib
 import math
 import warnings
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import torch
 from torch import nn
 
 from footprints_edge.errors import ModelError
+from footprints_edge_models.bounded_files import refuse_packed
 
 FOCAL_PX_KEY = "canonical_focal_px"
 """Key of a state dict's canonical focal length, a tensor of one number, beside the weights."""
@@ -28,7 +28,7 @@ def read_checkpoint(path: Path) -> Any:  # noqa: ANN401  (a checkpoint holds wha
             would run code when loaded.
     """
     try:
-        _refuse_packed(path)
+        refuse_packed(path)  # PyTorch stores, and packs nothing
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return torch.load(path, map_location="cpu", weights_only=True)
@@ -41,19 +41,6 @@ def read_checkpoint(path: Path) -> Any:  # noqa: ANN401  (a checkpoint holds wha
             "damaged or something else, or it holds objects that would run code when loaded; "
             "save a network's state_dict() with torch.save"
         ) from error
-
-
-def _refuse_packed(path: Path) -> None:
-    """Refuses a zip that unpacks to more than it is large: PyTorch stores, and packs nothing.
-
-    A few megabytes would fill the memory.
-    """
-    if not zipfile.is_zipfile(path):
-        return
-    with zipfile.ZipFile(path) as archive:
-        unpacked = sum(entry.file_size for entry in archive.infolist())
-    if unpacked > path.stat().st_size:
-        raise ValueError(f"it unpacks to {unpacked} bytes")
 
 
 def load_weights(network: nn.Module, weights: Any, name: str) -> None:  # noqa: ANN401

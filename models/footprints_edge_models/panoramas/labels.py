@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from footprints_edge.errors import FootprintsError
 from footprints_edge_models.asset_files.asset import AssetError, Credit
 from footprints_edge_models.asset_files.pictures import PictureFile, panorama_files
+from footprints_edge_models.bounded_files import decode_picture
 
 VISIBLE_GROUND, GROUND, FOOTPRINT, IGNORED = 1, 2, 4, 8
 """Bits of a pixel's label: S; S*, without footprints; a footprint; not decided, no other bit."""
@@ -96,9 +97,12 @@ def read_panoramas(folder: Path) -> Iterator[Panorama | PanoramaError]:
 
 
 def _panorama(file: PictureFile, labels: Path) -> Panorama:
-    encoded = cv2.imdecode(np.frombuffer(file.jpeg, np.uint8), cv2.IMREAD_COLOR)
-    if encoded is None or encoded.shape[1] != 2 * encoded.shape[0]:
-        raise PanoramaError(f"{file.key}: not a readable picture twice as wide as high")
+    try:
+        encoded = decode_picture(file.jpeg)
+    except ValueError as error:
+        raise PanoramaError(f"{file.key}: {error}") from error
+    if encoded.shape[1] != 2 * encoded.shape[0]:
+        raise PanoramaError(f"{file.key}: not a picture twice as wide as high")
     try:
         stated = json.loads(labels.read_text(encoding="utf-8"))
         bits = drawn_bits(stated, (encoded.shape[0], encoded.shape[1]))

@@ -1,17 +1,15 @@
 """Whom to credit for the assets that a folder of scenes shows."""
 
 import logging
-import zipfile
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-
-import numpy as np
 
 from footprints_edge_models.asset_files.asset import Credit
 from footprints_edge_models.asset_files.credit_files import write_credits_file
 from footprints_edge_models.asset_files.dataset_credits import photo_credits
 from footprints_edge_models.asset_files.pack import AssetPack
+from footprints_edge_models.bounded_files import read_arrays
 from footprints_edge_models.scenes.storage.files import scene_names
 
 logger = logging.getLogger(__name__)
@@ -22,10 +20,10 @@ def used_assets(folder: Path) -> Counter[str]:
     used: Counter[str] = Counter()
     for name in scene_names(folder):
         try:
-            with np.load(folder / "truth" / f"{name}.npz") as arrays:
-                if "assets" in arrays:
-                    used.update(arrays["assets"].tolist())
-        except (OSError, ValueError, zipfile.BadZipFile):  # it shows when it is read
+            arrays = read_arrays(folder / "truth" / f"{name}.npz")
+            if "assets" in arrays:
+                used.update(map(str, arrays["assets"].ravel().tolist()))
+        except (OSError, ValueError):  # it shows when it is read
             logger.warning("%s: scene %s is damaged; its assets are not credited", folder, name)
     return used
 

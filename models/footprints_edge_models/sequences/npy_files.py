@@ -1,6 +1,5 @@
 """Arrays in ``.npy`` files, in a folder or in a zip that stays packed."""
 
-import io
 import zlib
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,6 +10,7 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from footprints_edge_models.bounded_files import MOST_BYTES, read_array
 from footprints_edge_models.sequences.sequence import SequenceError
 
 
@@ -41,12 +41,12 @@ class NpyFile:
         """
         try:
             if self.root.suffix != ".zip":
-                return np.asarray(np.load(self.root / self.name))
+                return read_array(self.root / self.name)
             inner = self._inner_name()
             if inner is None:
                 raise FileNotFoundError("not in the zip")
-            return np.asarray(np.load(io.BytesIO(_opened(self.root).read(inner))))
-        except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
+            return read_array(_unpacked(_opened(self.root), inner))
+        except (OSError, ValueError, EOFError, RuntimeError, BadZipFile, zlib.error) as error:
             raise SequenceError(f"{self.root / self.name}: no readable array ({error})") from error
 
     def _inner_name(self) -> str | None:
@@ -71,6 +71,13 @@ class FirstChannel:
                 f"{self.file.root / self.file.name}: (1, h, w) is expected, not {array.shape}"
             )
         return np.asarray(array[0], np.float32)
+
+
+def _unpacked(archive: ZipFile, name: str) -> bytes:
+    size = archive.getinfo(name).file_size
+    if size > MOST_BYTES:
+        raise ValueError(f"it unpacks to {size} bytes")
+    return archive.read(name)
 
 
 @lru_cache(maxsize=4)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from footprints_edge.inputs.images import MAX_PIXELS
 from footprints_edge_models.sequences.camera_files import checked_intrinsics
 from footprints_edge_models.sequences.moving_cameras import (
     HAND_HELD,
@@ -57,11 +58,12 @@ class CompressedDepth:
         return np.asarray(np.nan_to_num(depth_m, nan=0, posinf=0, neginf=0), np.float32)
 
     def _values(self, path: Path, kind: type[np.generic]) -> NDArray[Any]:
+        height, width = self.picture
+        most = height * width * np.dtype(kind).itemsize  # depth is no finer than the picture
         try:
-            values = np.frombuffer(_unpacked(path.read_bytes()), kind)
+            values = np.frombuffer(_unpacked(path.read_bytes(), most), kind)
         except (OSError, ValueError) as error:
             raise SequenceError(f"{path}: not readable ({error})") from error
-        height, width = self.picture
         rows = round(math.sqrt(len(values) * height / width))
         if rows < 1 or rows * round(rows * width / height) != len(values):
             raise SequenceError(
@@ -97,6 +99,8 @@ def read_record3d(folder: Path) -> Sequence:
         raise SequenceError(f"{path}: no readable metadata of Record3D ({error!r})") from error
     if not rows or {len(row) for row in rows} != {7} or min(size) < 1:
         raise SequenceError(f"{path}: a size and seven numbers a pose are needed")
+    if math.prod(size) > MAX_PIXELS:
+        raise SequenceError(f"{path}: pictures of {size[1]:.4g} x {size[0]:.4g} pixels")
     camera = checked_intrinsics(matrix, str(path))
     frames = []
     for time, number in enumerate(spread_in_time(times_s)):
@@ -122,21 +126,24 @@ def read_record3d(folder: Path) -> Sequence:
     return Sequence(folder.resolve().name, tuple(frames), HAND_HELD, up=(0.0, 1.0, 0.0))
 
 
-def _unpacked(content: bytes) -> bytes:
-    """Decompressed bytes.
+def _unpacked(content: bytes, most: int) -> bytes:
+    """Decompressed bytes; LZFSE packs a hundred megabytes of zeros into some kilobytes.
 
     Raises:
         SequenceError: the library is missing.
-        ValueError: they are damaged.
+        ValueError: they are damaged, or more than `most`.
     """
     try:
-        import lzfse
+        from imagecodecs import LzfseError, lzfse_decode
     except ImportError:
         raise SequenceError(
-            "depth of Record3D is compressed by LZFSE: pip install lzfse, or export from the app "
-            "in another format"
+            "depth of Record3D is compressed by LZFSE: pip install imagecodecs, or export from "
+            "the app in another format"
         ) from None
     try:
-        return bytes(lzfse.decompress(content))
-    except lzfse.error as error:
+        unpacked = bytes(lzfse_decode(content, out=most + 1))
+    except LzfseError as error:
         raise ValueError(f"no LZFSE: {error}") from error
+    if len(unpacked) > most:
+        raise ValueError(f"it unpacks to more than {most} bytes, its picture's")
+    return unpacked

@@ -5,11 +5,9 @@ A frame's file is written atomically, so a frame is done exactly when its file r
 
 import io
 import json
-import zlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import cv2
 import numpy as np
@@ -22,6 +20,7 @@ from footprints_edge.foundation.parts import remove_abandoned
 from footprints_edge.foundation.version import __version__
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.inputs.images import decode
+from footprints_edge_models.bounded_files import read_arrays
 from footprints_edge_models.sequences.sequence import Sequence
 from footprints_edge_models.video_labels.labeller import FrameLabels, LabelSettings
 
@@ -121,20 +120,18 @@ def read_frame(folder: Path, name: str) -> FrameLabels:
     """
     path = frame_path(folder, name)
     try:
-        with np.load(path) as arrays:
-            return FrameLabels(
-                name,
-                decode(arrays["image"].tobytes()).rgb,
-                Intrinsics(*arrays["intrinsics"].tolist()),
-                arrays["ground_probability"].astype(np.float32),
-                arrays["visible_depth_m"].astype(np.float32),
-                arrays["ground_depth_m"].astype(np.float32),
-                arrays["untraversable"],
-                arrays["moving"],
-            )
-    except (
-        OSError, KeyError, ValueError, TypeError, EOFError, BadZipFile, zlib.error, FootprintsError
-    ) as error:  # fmt: skip
+        arrays = read_arrays(path)
+        return FrameLabels(
+            name,
+            decode(arrays["image"].tobytes()).rgb,
+            Intrinsics(*arrays["intrinsics"].tolist()),
+            arrays["ground_probability"].astype(np.float32),
+            arrays["visible_depth_m"].astype(np.float32),
+            arrays["ground_depth_m"].astype(np.float32),
+            arrays["untraversable"],
+            arrays["moving"],
+        )
+    except (OSError, KeyError, ValueError, TypeError, FootprintsError) as error:
         raise LabelFilesError(f"{path}: no readable labels ({error})") from error
 
 

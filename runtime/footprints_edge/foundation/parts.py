@@ -3,6 +3,7 @@
 import os
 import re
 import sys
+import time
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -12,6 +13,11 @@ from shutil import rmtree
 
 _PATTERN = re.compile(r"\.fp-([0-9a-f]{8})-(\d{1,9})-(\d{1,20})-[0-9a-f]{8}\.part")
 """Machine, process, when the process started, and what tells its parts apart."""
+
+_EARLIER = re.compile(r"\.fp-\d{1,9}-\d{1,20}\.part")
+"""Of earlier versions: process and thread, on whichever machine."""
+_EARLIER_AGE_S = 24 * 3600.0
+"""Nobody writes at one file for so long."""
 
 _UNKNOWN = 0
 _swept: set[tuple[int, Path]] = set()
@@ -50,20 +56,31 @@ def part_folder(folder: Path) -> Iterator[Path]:
 def remove_abandoned(folder: Path) -> None:
     """Removes what processes of this machine that have ended left unfinished in `folder`.
 
-    Parts of living processes and of other machines stay. A folder that cannot be read, and a part
+    Parts of living processes and of other machines stay, those of earlier versions for a day. A
+    folder that cannot be read, and a part
     that cannot be removed, are no error.
     """
     machine = _machine(os.getpid())
     with suppress(OSError, ValueError):  # ValueError: a null byte in the name
         for part in folder.iterdir():
             found = _PATTERN.fullmatch(part.name)
-            if found is None or found[1] != machine or _runs(int(found[2]), int(found[3])):
+            if found is None:
+                if not (_EARLIER.fullmatch(part.name) and _is_old(part)):
+                    continue
+            elif found[1] != machine or _runs(int(found[2]), int(found[3])):
                 continue
             if part.is_dir() and not part.is_symlink():
                 rmtree(part, ignore_errors=True)
             else:
                 with suppress(OSError):
                     part.unlink()
+
+
+def _is_old(part: Path) -> bool:
+    """Whether it was last written to more than `_EARLIER_AGE_S` ago."""
+    with suppress(OSError):  # somebody else removes it
+        return time.time() - part.lstat().st_mtime > _EARLIER_AGE_S
+    return False
 
 
 @cache

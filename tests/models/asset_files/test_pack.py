@@ -250,3 +250,74 @@ def test_a_fine_model_is_simplified_and_one_that_cannot_be_is_left_out(
     report = pack_assets([folder], tmp_path / "assets.zip", most_triangles=300)
     assert "model" not in report.counts
     assert any("street/ball: 5120 triangles" in reason for reason in report.skipped)
+
+
+def spoiled(pack, name, change):
+    """A pack one of whose files is another, its checksum right."""
+    with zipfile.ZipFile(pack) as archive:
+        files = {each: archive.read(each) for each in archive.namelist()}
+    files[name] = change(files[name])
+    with zipfile.ZipFile(pack, "w") as archive:
+        for each, data in files.items():
+            archive.writestr(each, data)
+    return pack
+
+
+def with_arrays(**changes):
+    def changed(data):
+        with np.load(io.BytesIO(data)) as there:
+            arrays = {name: there[name] for name in there.files}
+        arrays |= {name: change(arrays[name]) for name, change in changes.items()}
+        buffer = io.BytesIO()
+        np.savez(buffer, **arrays)
+        return buffer.getvalue()
+
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("models/street/car.npz", lambda _: b"no arrays"),
+        ("models/street/car.npz", with_arrays(triangles=lambda a: a + 9000)),
+        ("models/street/car.npz", with_arrays(point_counts=lambda a: a + 1)),
+        ("models/street/car.npz", with_arrays(boxes=lambda a: a * np.nan)),
+        ("models/street/car.npz", with_arrays(uv=lambda a: a, textures=lambda a: a + 3)),
+        ("models/street/car.npz", with_arrays(outline_lengths=lambda a: a - 1)),
+        ("worlds/hall.npz", with_arrays(eyes=lambda a: a[:, :2])),
+        ("worlds/hall.npz", with_arrays(thing_of=lambda a: np.repeat(a, 2))),
+        ("textures/one.jpg", lambda data: data[:200]),
+        ("panoramas/one.jpg", lambda _: b"no picture"),
+    ],
+)
+def test_what_is_damaged_in_a_pack_is_named(folder, tmp_path, name, change):
+    pack_assets([folder], tmp_path / "assets.zip")
+    pack = AssetPack(spoiled(tmp_path / "assets.zip", name, change))
+    (entry,) = [each for each in pack.entries if name.startswith(f"{each.kind}s/")]
+    read = pack.picture if name.endswith(".jpg") else getattr(pack, entry.kind)
+    with pytest.raises(AssetError, match=name):
+        read(entry)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda _: b"[]",
+        lambda _: b"{}",
+        lambda _: b"[" * 99999,
+        lambda data: data.replace(b'"size_m": [', b'"size_m": [NaN,'),
+        lambda data: data.replace(b'"kind": "model"', b'"kind": "toy"'),
+        lambda data: data.replace(b'"author": "Somebody"', b'"author": {}'),
+    ],
+)
+def test_an_index_that_is_none_is_refused(folder, tmp_path, change):
+    pack_assets([folder], tmp_path / "assets.zip")
+    with pytest.raises(AssetError, match=r"assets\.zip"):
+        AssetPack(spoiled(tmp_path / "assets.zip", "index.json", change))
+
+
+def test_a_pack_that_unpacks_to_more_than_its_size_is_refused(tmp_path):
+    with zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("index.json", b" " * 10**6)
+    with pytest.raises(AssetError, match="unpacks to 1000000 bytes"):
+        AssetPack(tmp_path / "bomb.zip")

@@ -153,7 +153,7 @@ def stray_folder(folder, world, eyes, turn):
 @pytest.fixture
 def record3d(tmp_path, world, eyes):
     """A phone held upright, whose depth is half as large as its pictures."""
-    lzfse = pytest.importorskip("lzfse", reason="depth of Record3D is compressed by LZFSE")
+    codecs = pytest.importorskip("imagecodecs", reason="depth of Record3D is compressed by LZFSE")
     folder, half = tmp_path / "walk", (SIZE[0] // 2, SIZE[1] // 2)
     poses = []
     for number in range(6 * len(eyes)):
@@ -164,7 +164,7 @@ def record3d(tmp_path, world, eyes):
         confidence[-5:, 0], depth_m[-5:, 0], depth_m[-5:, 1] = 0, 77, np.nan
         for suffix, values in (("depth", depth_m), ("conf", confidence)):
             path = folder / f"rgbd/{number}.{suffix}"
-            path.write_bytes(lzfse.compress(values.tobytes()))
+            path.write_bytes(codecs.lzfse_encode(values.tobytes()))
         stated = y_up(place) @ np.diag([1, -1, -1, 1])
         poses.append([*Rotation.from_matrix(stated[:3, :3]).as_quat(), *stated[:3, 3]])
     about = {"w": SIZE[1], "h": SIZE[0], "fps": 60, "K": CAMERA.matrix.T.ravel().tolist()}
@@ -396,3 +396,10 @@ def test_damaged_depth_pictures_are_named(tum, spoiled):
         path.write_bytes(data[:at] if spoiled == "cut" else data[:at] + b"xyz" + data[at + 3 :])
     with pytest.raises(SequenceError, match=path.name):
         frame.depth.read()
+
+
+def test_depth_of_record3d_that_unpacks_to_more_than_its_picture_is_refused(record3d):
+    codecs = pytest.importorskip("imagecodecs", reason="it packs LZFSE")
+    (record3d / "rgbd/0.depth").write_bytes(codecs.lzfse_encode(bytes(10**7)))
+    with pytest.raises(SequenceError, match=r"0\.depth: not readable \(it unpacks to more than"):
+        read_sequence(record3d).frames[0].depth.read()

@@ -139,3 +139,12 @@ def test_a_folder_is_there_until_it_is_renamed_or_fails(tmp_path):
         (part / "a").touch()
         raise KeyboardInterrupt
     assert [path.name for path in tmp_path.iterdir()] == ["done"]
+
+
+def test_what_earlier_versions_left_goes_after_a_day(tmp_path):
+    old, fresh = tmp_path / ".fp-12728-140230367639232.part", tmp_path / ".fp-12728-7.part"
+    for part in (old, fresh):
+        part.touch()
+    os.utime(old, (0, 0))
+    remove_abandoned(tmp_path)
+    assert hidden(tmp_path) == [fresh.name]

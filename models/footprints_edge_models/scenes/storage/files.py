@@ -8,7 +8,7 @@ ray meets ground: both compress well.
 
 import io
 import json
-import zipfile
+import math
 import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,9 +18,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from footprints_edge.errors import FootprintsError
+from footprints_edge.errors import FootprintsError, IntrinsicsError
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge.geometry.camera import Intrinsics, rays
+from footprints_edge_models.bounded_files import decode_picture, read_arrays
 from footprints_edge_models.scenes.assets.textures.library import SceneSplit
 from footprints_edge_models.scenes.ground_truth.pixels import VISIBLE_GROUND, SceneGroundTruth
 from footprints_edge_models.scenes.layout.scene import Scene
@@ -107,9 +108,9 @@ def scene_bytes(folder: Path, name: str) -> int | None:
 def scene_views(folder: Path, name: str) -> int | None:
     """How many views the scene of a picture has; None where it is not there, or damaged."""
     try:
-        with np.load(folder / "truth" / f"{name}.npz") as arrays:
-            return int(arrays["views"]) if "views" in arrays else 1
-    except (OSError, ValueError, zipfile.BadZipFile):
+        arrays = read_arrays(folder / "truth" / f"{name}.npz")
+        return int(arrays["views"]) if "views" in arrays else 1
+    except (OSError, ValueError, TypeError):
         return None
 
 
@@ -228,18 +229,19 @@ def read_scene(folder: Path, name: str) -> SceneFile:
     """
     path = folder / "truth" / f"{name}.npz"
     try:
-        with np.load(io.BytesIO(path.read_bytes())) as arrays:
-            kind, up = str(arrays["kind"]), arrays["up"]
-            camera = Intrinsics(*arrays["intrinsics"].tolist())
-            eye_m, rise = float(arrays["eye_m"]), float(arrays["rise"])
-            bits, height_mm = arrays["bits"], arrays["ground_height_mm"]
-            packed = arrays["inverse_depth"].tobytes()
-        inverse = _unpacked(packed, bits.shape)
-        encoded = np.fromfile(folder / "images" / f"{name}.jpg", np.uint8)
-        picture = cv2.imdecode(encoded, cv2.IMREAD_COLOR)
-        if picture is None or picture.shape[:2] != bits.shape:
-            raise ValueError("the picture is damaged, or not of the ground truth's size")
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error, cv2.error) as error:
+        arrays = read_arrays(path)
+        kind, up = str(arrays["kind"]), arrays["up"].reshape(3)
+        camera = Intrinsics(*arrays["intrinsics"].tolist())
+        eye_m, rise = float(arrays["eye_m"]), float(arrays["rise"])
+        bits, height_mm = arrays["bits"], arrays["ground_height_mm"]
+        whole = {bits.dtype.kind, height_mm.dtype.kind} <= {"i", "u"}
+        if bits.ndim != 2 or height_mm.shape != bits.shape or not whole:
+            raise ValueError(f"ground truth of {bits.shape} and {height_mm.shape}")
+        inverse = _unpacked(arrays["inverse_depth"].tobytes(), bits.shape)
+        picture = decode_picture((folder / "images" / f"{name}.jpg").read_bytes())
+        if picture.shape[:2] != bits.shape:
+            raise ValueError("the picture is not of the ground truth's size")
+    except (OSError, ValueError, KeyError, TypeError, zlib.error, IntrinsicsError) as error:
         raise SceneFilesError(f"{path}: no readable scene ({error}); make it again") from error
     falls = rays(camera, bits.shape) @ up.astype(np.float32)
     met = height_mm != np.iinfo(height_mm.dtype).max
@@ -265,8 +267,9 @@ def _packed(values: NDArray[np.uint16]) -> bytes:
 
 
 def _unpacked(packed: bytes, shape: tuple[int, ...]) -> NDArray[np.uint16]:
-    planes = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(2, *shape).astype(np.uint16)
-    folded = planes[0] << 8 | planes[1]
+    planes = zlib.decompressobj().decompress(packed, 2 * math.prod(shape) + 1)  # no more than fits
+    low_high = np.frombuffer(planes, np.uint8).reshape(2, *shape).astype(np.uint16)
+    folded = low_high[0] << 8 | low_high[1]
     steps = (folded >> 1) ^ (0 - (folded & 1))
     steps[:, 0] = np.cumsum(steps[:, 0], dtype=np.uint16)
     return np.cumsum(steps, axis=1, dtype=np.uint16)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge_models.asset_files.asset import AssetError
 from footprints_edge_models.asset_files.pack import AssetPack
+from footprints_edge_models.bounded_files import decode_picture, read_arrays
 
 logger = logging.getLogger(__name__)
 
@@ -42,13 +43,13 @@ def write_slim_pack(pack: Path, path: Path, most_bytes: int) -> int:
         How many assets are in it.
 
     Raises:
-        AssetError: it does not fit without any models.
+        AssetError: it is damaged, or does not fit without any models.
     """
     train = {(e.kind, e.key) for e in AssetPack(pack).entries if e.split == "train"}
     with zipfile.ZipFile(pack) as archive:
         index: dict[str, Any] = json.loads(archive.read(_INDEX))
         files = {
-            name: _slim_arrays(archive.read(name)) if name.endswith(".npz") else archive.read(name)
+            name: _slim_file(name, archive.read(name))
             for name in archive.namelist()
             if _asset(name) in train
         }
@@ -92,21 +93,29 @@ def _packed(index: dict[str, Any], files: dict[str, bytes]) -> bytes:
     return _compressed(buffer.getvalue(), preset=6)
 
 
+def _slim_file(name: str, data: bytes) -> bytes:
+    if not name.endswith(".npz"):
+        return data
+    try:
+        return _slim_arrays(data)
+    except ValueError as error:
+        raise AssetError(f"{name!r:.200} is damaged ({error}); pack the assets again") from error
+
+
 def _slim_arrays(data: bytes) -> bytes:
-    with np.load(io.BytesIO(data)) as arrays:
-        slim = {name: arrays[name] for name in arrays.files}
+    slim = read_arrays(data)
     for name, array in slim.items():
         number = name.removeprefix("texture")
         # a texture with holes keeps the size that its holes have
         if number.isdecimal() and f"alpha{number}" not in slim:
             slim[name] = _slim_texture(array)
     buffer = io.BytesIO()
-    np.savez(buffer, **slim)
+    np.savez(buffer, **slim)  # type: ignore[arg-type]
     return buffer.getvalue()
 
 
 def _slim_texture(jpeg: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    texture = np.asarray(cv2.imdecode(jpeg, cv2.IMREAD_COLOR))
+    texture = decode_picture(jpeg)
     scale = TEXTURE_PX / max(texture.shape[:2])
     if scale < 1:
         texture = cv2.resize(texture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)

@@ -14,8 +14,9 @@ from typing import Any, Literal
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from footprints_edge.geometry.camera import Intrinsics
+from footprints_edge_models.bounded_files import decode_picture, refuse_packed
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.training.gpu_kit.stored_view import StoredView
 
@@ -65,16 +66,21 @@ def read_shard(path: Path, threads: int = 4) -> list[ShardView]:
         DatasetError: it is damaged.
     """
     try:
+        refuse_packed(path)  # shards are stored
         with zipfile.ZipFile(path) as archive:
             index = json.loads(archive.read(INDEX))
+            if not isinstance(index, list):
+                raise ValueError(f"{INDEX} is no list")
             data = [
                 [archive.read(f"{number:06d}{suffix}") for suffix in (".jpg", ".png", ".d.png")]
                 for number in range(len(index))
             ]
         with ThreadPoolExecutor(threads) as pool:
             return list(pool.map(_decoded, index, data))
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile, cv2.error) as error:
-        raise DatasetError(f"{path}: no readable views ({error}); make the kit again") from error
+    except Exception as error:  # damaged bytes make the readers raise nearly anything
+        raise DatasetError(
+            f"{path}: no readable views ({error!r:.300}); make the kit again"
+        ) from error
 
 
 def _encoded(view: StoredView, quality: int) -> dict[str, bytes]:
@@ -93,13 +99,18 @@ def _encoded(view: StoredView, quality: int) -> dict[str, bytes]:
 
 
 def _decoded(facts: list[Any], data: list[bytes]) -> ShardView:
-    picture, labels, stacked = (_picture(each) for each in data)
+    picture, labels, stacked = (decode_picture(each, cv2.IMREAD_UNCHANGED) for each in data)
     height, width = labels.shape
     if picture.shape != (height, width, 3) or stacked.shape != (2 * height, width):
         raise ValueError(f"pictures of one view differ in size: {picture.shape}, {labels.shape}")
+    if [each.dtype.name for each in (picture, labels, stacked)] != ["uint8", "uint8", "uint16"]:
+        raise ValueError("pictures of one view have other depths than they should")
     levels = np.dstack([stacked[:height], stacked[height:]]).astype(np.float32)
     depth_m = NEAREST_M * np.exp((levels - 1) / (LEVELS - 1) * _SPAN)
     dataset, split, *intrinsics = facts
+    if split not in {"train", "held out"} or not isinstance(dataset, str):
+        raise ValueError(f"no data set and split: {dataset!r}, {split!r}")
+    Intrinsics(*intrinsics)  # refuses what no camera has
     return ShardView(
         StoredView(
             np.dstack([cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), labels]),
@@ -109,10 +120,3 @@ def _decoded(facts: list[Any], data: list[bytes]) -> ShardView:
         dataset,
         split,
     )
-
-
-def _picture(data: bytes) -> NDArray[Any]:
-    picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-    if picture is None:
-        raise ValueError("a picture is damaged")
-    return np.asarray(picture)

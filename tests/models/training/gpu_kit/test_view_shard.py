@@ -1,5 +1,7 @@
 """Shards: small, and near enough to what went in."""
 
+import zipfile
+
 import numpy as np
 import pytest
 
@@ -34,3 +36,27 @@ def test_a_damaged_shard_is_named(content, tmp_path):
     (tmp_path / "views.zip").write_bytes(content)
     with pytest.raises(DatasetError, match=r"views\.zip"):
         read_shard(tmp_path / "views.zip")
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("000000.jpg", b"no picture"),
+        ("000000.png", b""),
+        ("views.json", b"{}"),
+        ("views.json", b'[["photos", "train", "x", 1, 1, 1]]'),
+        ("views.json", b'[["photos", "train", NaN, 1, 1, 1]]'),
+        ("views.json", b'[["photos", "test", 9, 9, 1, 1]]'),
+        ("views.json", b"[7]"),
+    ],
+)
+def test_a_shard_with_a_damaged_file_is_named(sample, tmp_path, name, data):
+    path = tmp_path / "views.zip"
+    write_shard(path, [ShardView(stored_view(sample(0), 9000), "photos", "train")])
+    with zipfile.ZipFile(path) as archive:
+        files = {each: archive.read(each) for each in archive.namelist()} | {name: data}
+    with zipfile.ZipFile(path, "w") as archive:
+        for each, content in files.items():
+            archive.writestr(each, content)
+    with pytest.raises(DatasetError, match=r"views\.zip: no readable views"):
+        read_shard(path)
