@@ -46,7 +46,11 @@ def infer(
         str | None, typer.Option(help="Model file, or a name from fp-models list.")
     ] = None,
     engine: Annotated[
-        str, typer.Option(help="onnxruntime, openvino, or a plug-in: onnxruntime-ep-….")
+        str,
+        typer.Option(
+            help="onnxruntime, openvino, a plug-in: onnxruntime-ep-…; or ray, for pictures: "
+            "onnxruntime on the cluster of RAY_ADDRESS, else on this machine."
+        ),
     ] = "onnxruntime",
     providers: Annotated[
         list[str] | None,

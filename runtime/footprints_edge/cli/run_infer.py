@@ -6,7 +6,7 @@ Without typer: to import it takes a tenth of the time of a run on one picture.
 import sys
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from footprints_edge.cli.exit_codes import (
     MODEL_PROBLEM,
@@ -16,13 +16,21 @@ from footprints_edge.cli.exit_codes import (
     explained,
 )
 from footprints_edge.cli.plain_arguments import read_plain
+from footprints_edge.foundation.install_hint import install_hint
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from footprints_edge.cli.batch import Batch
     from footprints_edge.maps.ground_maps import GroundMaps
     from footprints_edge.model import Camera
     from footprints_edge.outputs.writers import Encoder
     from footprints_edge.ros.ground_messages import GroundOutput
+
+RAY = "ray"
+"""Name among the engines: the pictures go to a Ray cluster, whose workers run onnxruntime."""
+
+STDIN = "-"
 
 
 def main() -> None:
@@ -101,6 +109,8 @@ def run_infer(
             raise OptionError("--path works on pictures only, not on videos")
         if not (videos or bags) and (smooth or every != 1 or max_fps is not None):
             raise OptionError("--every, --max-fps and --smooth are for videos")
+        if engine == RAY:
+            _check_ray(images, others=[*videos, *bags], providers=providers)
         content = _bag_content(bags, images, formats, topic, ground_frame, hidden, output)
         if videos:
             from footprints_edge.video.capture import Pace, RawFormat
@@ -123,17 +133,9 @@ def run_infer(
         }
         resolve(model)  # report a wrong name even if there is nothing to do
         if batch.tasks:
-            from footprints_edge.cli.infer_images import infer_images
-            from footprints_edge.foundation.cores import usable_cores
-            from footprints_edge.model import load
-
-            at_once = min(threads or usable_cores(), len(batch.tasks))
-            at_once = 1 if engine == "openvino" else at_once  # it runs one picture at a time
-            one_each = 1 if at_once > 1 else threads
-            loaded = load(model, threads=one_each, providers=providers or None, engine=engine)
-            predict = partial(loaded.predict, **how)
-            infer_images(batch, predict, at_once=at_once, quiet=quiet, verbose=verbose)
-            del loaded, predict
+            _infer_pictures(
+                batch, model, engine, providers, threads, how, quiet=quiet, verbose=verbose
+            )
         if videos:
             from footprints_edge.cli.infer_video import VideoOptions, infer_videos
             from footprints_edge.foundation.cores import usable_cores
@@ -200,6 +202,47 @@ def _camera(
         return Intrinsics(fx, fy, centre_x, centre_y)
 
     return from_size
+
+
+def _infer_pictures(
+    batch: "Batch",
+    model: str | None,
+    engine: str,
+    providers: list[str] | None,
+    threads: int | None,
+    how: "Mapping[str, Any]",
+    *,
+    quiet: bool,
+    verbose: bool,
+) -> None:
+    from footprints_edge.foundation.cores import usable_cores
+
+    cores = threads or usable_cores()
+    if engine == RAY:
+        from footprints_edge.cli.infer_on_ray import infer_on_ray
+
+        infer_on_ray(batch, model, how, workers=cores, quiet=quiet, verbose=verbose)
+        return
+    from footprints_edge.cli.infer_images import infer_images
+    from footprints_edge.model import load
+
+    at_once = min(cores, len(batch.tasks))
+    at_once = 1 if engine == "openvino" else at_once  # it runs one picture at a time
+    one_each = 1 if at_once > 1 else threads
+    loaded = load(model, threads=one_each, providers=providers or None, engine=engine)
+    predict = partial(loaded.predict, **how)
+    infer_images(batch, predict, at_once=at_once, quiet=quiet, verbose=verbose)
+
+
+def _check_ray(named: list[str], *, others: list[str], providers: list[str] | None) -> None:
+    if others or STDIN in named:
+        raise OptionError("--engine ray is for picture files and folders of them")
+    if providers:
+        raise OptionError("--engine ray runs on processors; leave --provider out")
+    try:
+        import ray  # noqa: F401  (says now what is missing)
+    except ModuleNotFoundError as error:
+        raise OptionError(f"--engine ray needs the package ray: {install_hint('ray')}") from error
 
 
 def _check_robot_height(robot_height_m: float) -> None:
