@@ -239,8 +239,10 @@ def _check_ray(named: list[str], *, others: list[str], providers: list[str] | No
         raise OptionError("--engine ray is for picture files and folders of them")
     if providers:
         raise OptionError("--engine ray runs on processors; leave --provider out")
+    from footprints_edge.parallel.on_ray import require_ray
+
     try:
-        import ray  # noqa: F401  (says now what is missing)
+        require_ray()
     except ModuleNotFoundError as error:
         raise OptionError(f"--engine ray needs the package ray: {install_hint('ray')}") from error
 

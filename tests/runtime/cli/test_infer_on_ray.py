@@ -3,6 +3,7 @@
 import logging
 import os
 import signal
+import sys
 import threading
 import time
 from collections import Counter
@@ -107,3 +108,9 @@ def test_what_is_no_file_of_a_picture_is_refused():
     for named in ("-", "walk.mp4"):
         with pytest.raises(OptionError, match="--engine ray"):
             run_infer([named], engine="ray")
+
+
+def test_a_missing_ray_is_said_at_once(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(OptionError, match=r"pip install .*\[ray\]"):
+        run_infer([str(photos(tmp_path / "in", 1))], engine="ray")
