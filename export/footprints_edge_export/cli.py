@@ -9,7 +9,8 @@ from typing import Annotated
 
 import typer
 
-from footprints_edge.cli.exit_codes import HELP, SOME_FAILED, VersionOption, complain, explained
+from footprints_edge.cli.common_options import HELP, VersionOption
+from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained
 from footprints_edge.foundation.size_text import parse_size
 from footprints_edge.foundation.types import Size
 

@@ -2,7 +2,7 @@
 
 import typer
 
-from footprints_edge.cli.exit_codes import HELP, VersionOption
+from footprints_edge.cli.common_options import HELP, VersionOption
 from footprints_edge_bench.cli.accuracy import accuracy_command
 from footprints_edge_bench.cli.confidence import confidence_command
 from footprints_edge_bench.cli.flicker import flicker_command

@@ -35,11 +35,10 @@ def peak_bytes():
 _INFER = (
     _NOTE_MEMORY
     + """
-import atexit, sys
+import atexit, runpy, sys
 note, sys.argv = sys.argv[1], ["fp-infer", *sys.argv[2:]]
 atexit.register(lambda: open(note, "w").write(str(peak_bytes())))
-from footprints_edge.cli.infer import main
-main()
+runpy.run_module("footprints_edge", run_name="__main__")
 """
 )
 _STEPS = (
@@ -161,15 +160,91 @@ def cold_start(models: Mapping[str, str], threads: int, processes: int) -> ColdS
     )
 
 
+@dataclass(frozen=True)
+class Start:
+    """``fp-infer`` on one photo, from process start until the file is written.
+
+    Attributes:
+        wall_ms: median time.
+        wall: that as a multiple of a process that only imports numpy, onnxruntime and Pillow.
+        cpu: the same for processor time, which other programs disturb less.
+        peak_bytes: peak resident memory.
+    """
+
+    wall_ms: float
+    wall: Ratio
+    cpu: Ratio
+    peak_bytes: int
+
+
+def start_against_imports(
+    runtimes: Mapping[str, Path | None], photo: Path, model: str, threads: int, processes: int
+) -> dict[str, Start]:
+    """Times the default output of versions of the runtime in turns.
+
+    Args:
+        runtimes: checkouts by name; None is the installed runtime.
+        photo: the picture.
+        model: model file or registered name; empty for each version's bundled model.
+        threads: threads of the network.
+        processes: number of processes of each kind.
+
+    Raises:
+        ColdStartError: a process failed.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        note = Path(folder, "peak")
+        infer = [_INFER, str(note), str(photo), "--overwrite", "--threads", str(threads)]
+        infer += ["--model", model] if model else []
+        peaks_bytes: dict[str, list[int]] = {name: [] for name in runtimes}
+
+        def run_infer(name: str) -> None:
+            _python(*infer, checkout=runtimes[name])
+            peaks_bytes[name].append(int(note.read_text()))
+
+        runs = {f"infer {name}": partial(run_infer, name) for name in runtimes}
+        timed = measure(
+            {"base": lambda: _python(_BASE), **runs},
+            processes,
+            warm_up=2,  # reads the files into the page cache, keeps bytecode and graph
+            settle_ms=0,
+            cpu_clock=_children_cpu_s,
+        )
+    base = timed["base"]
+    return {
+        name: Start(
+            timed[f"infer {name}"].summary().p50_ms,
+            ratio(timed[f"infer {name}"].times_ms, base.times_ms),
+            ratio(timed[f"infer {name}"].cpu_s, base.cpu_s),
+            max(peaks_bytes[name]),
+        )
+        for name in runtimes
+    }
+
+
+def environment_of(checkout: Path | None) -> dict[str, str]:
+    """The environment of a process with the runtime of a checkout; None is the installed one.
+
+    Bytecode is kept, as in every installation, in a folder of its own.
+    """
+    found = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    found["PYTHONPYCACHEPREFIX"] = str(Path(tempfile.gettempdir(), "fp-bench-bytecode"))
+    if checkout is not None:
+        found["PYTHONPATH"] = str(checkout / "runtime")
+    return found
+
+
 def _children_cpu_s() -> float:
     """Processor time, seconds, of all finished child processes."""
     times = os.times()
     return times.children_user + times.children_system
 
 
-def _python(*arguments: str) -> str:
+def _python(*arguments: str, checkout: Path | None = None) -> str:
     command = [sys.executable, "-c", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        command, env=environment_of(checkout), capture_output=True, text=True, check=False
+    )
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
         raise ColdStartError(f"a fresh process exited with code {done.returncode}: {last}")

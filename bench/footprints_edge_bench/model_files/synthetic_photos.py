@@ -3,7 +3,7 @@
 import io
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageOps
 
 from footprints_edge.foundation.types import Rgb, Size
 
@@ -27,6 +27,22 @@ def synthetic_photo(size: Size, seed: int) -> Rgb:
 
 def synthetic_jpeg(size: Size, seed: int = 0) -> bytes:
     """The same photo as a JPEG of quality 90."""
+    return _jpeg(synthetic_photo(size, seed))
+
+
+def enlarged_jpeg(photo: Rgb, size: Size) -> bytes:
+    """The middle of a photo as a JPEG of size (H, W), with the same grain.
+
+    Args:
+        photo: uint8 (h, w, 3).
+        size: of the result.
+    """
+    image = ImageOps.fit(Image.fromarray(photo), (size[1], size[0]), Image.Resampling.LANCZOS)
+    grain = np.random.default_rng(0).normal(0, _GRAIN, (*size, 1)).astype(np.float32)
+    return _jpeg(np.clip(np.rint(np.asarray(image) + grain), 0, 255).astype(np.uint8))
+
+
+def _jpeg(photo: Rgb) -> bytes:
     buffer = io.BytesIO()
-    Image.fromarray(synthetic_photo(size, seed)).save(buffer, "JPEG", quality=90)
+    Image.fromarray(photo).save(buffer, "JPEG", quality=90)
     return buffer.getvalue()

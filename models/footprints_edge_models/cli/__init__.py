@@ -5,7 +5,7 @@ import sys
 
 import typer
 
-from footprints_edge.cli.exit_codes import HELP, VersionOption
+from footprints_edge.cli.common_options import HELP, VersionOption
 from footprints_edge_models.cli.ablations import ablations
 from footprints_edge_models.cli.assets import assets
 from footprints_edge_models.cli.calibrate import calibrate

@@ -1,4 +1,7 @@
-"""Exit codes of the commands, and messages instead of tracebacks."""
+"""Exit codes of the commands, and messages instead of tracebacks.
+
+Without typer, which usual runs of `fp-infer` do not load.
+"""
 
 import os
 import sys
@@ -6,9 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from footprints_edge.errors import FootprintsError, ModelError
 
@@ -17,6 +17,10 @@ USAGE = 2
 MODEL_PROBLEM = 3
 INTERRUPTED = 130  # as shells report SIGINT
 _BROKEN_PIPE = 141  # as shells report SIGPIPE
+
+
+class OptionError(ValueError):
+    """Options that do not go together, or a value that one cannot have; typer explains it."""
 
 
 @contextmanager
@@ -30,60 +34,42 @@ def explained(extra: str | None = None) -> Iterator[None]:
         yield
     except ModelError as error:
         complain(f"Error: {error}")
-        raise typer.Exit(MODEL_PROBLEM) from None
+        raise SystemExit(MODEL_PROBLEM) from None
     except FootprintsError as error:
         complain(f"Error: {error}")
-        raise typer.Exit(USAGE) from None
+        raise SystemExit(USAGE) from None
     except ModuleNotFoundError as error:
         if extra is None:
             raise
         from footprints_edge.foundation.install_hint import install_hint
 
         complain(f"Error: this needs the package {error.name}; {install_hint(extra)}")
-        raise typer.Exit(USAGE) from None
+        raise SystemExit(USAGE) from None
     except ImportError as error:
         if not (error.path or "").endswith(tuple(EXTENSION_SUFFIXES)):
             raise
         complain(f"Error: a library cannot be loaded: {error}")  # such as for want of memory
-        raise typer.Exit(SOME_FAILED) from None
+        raise SystemExit(SOME_FAILED) from None
     except KeyboardInterrupt:
-        raise typer.Exit(INTERRUPTED) from None
+        raise SystemExit(INTERRUPTED) from None
     except MemoryError:
         complain("Error: there is not enough memory; give fewer threads or smaller inputs")
-        raise typer.Exit(SOME_FAILED) from None
+        raise SystemExit(SOME_FAILED) from None
     except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise typer.Exit(_BROKEN_PIPE) from None
+        raise SystemExit(_BROKEN_PIPE) from None
     except OSError as error:  # such as a folder that cannot be created, or a full disk
         complain(f"Error: {error}")
-        raise typer.Exit(USAGE) from None
+        raise SystemExit(USAGE) from None
 
 
 def complain(message: str) -> None:
     """Writes a message to stderr."""
-    typer.echo(message, err=True)
+    sys.stderr.write(f"{message}\n")
+    sys.stderr.flush()
 
 
 def name_file(path: Path) -> None:
     """Prints a file that was written; see `start.prepare_streams` for odd names."""
-    # `typer.echo` would take a stream of its own on an odd terminal
     sys.stdout.write(f"{path}\n")
     sys.stdout.flush()
-
-
-def show_version(wanted: bool) -> None:
-    """Callback of --version: prints the version and ends the command."""
-    if wanted:
-        from footprints_edge.foundation.version import __version__
-
-        typer.echo(f"footprints-edge {__version__}")
-        raise typer.Exit
-
-
-HELP = {"help_option_names": ["-h", "--help"]}
-"""Settings of every command."""
-
-VersionOption = Annotated[
-    bool,
-    typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
-]

@@ -6,8 +6,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from footprints_edge.cli.batch import Batch
 from footprints_edge.cli.camera_options import CameraOptions, lens_warning
 from footprints_edge.cli.exit_codes import INTERRUPTED, complain, name_file
@@ -93,7 +91,7 @@ def infer_bags(
             batch.failed(name, error)
             continue
         if interrupted:
-            raise typer.Exit(INTERRUPTED)
+            raise SystemExit(INTERRUPTED)
 
 
 def _infer_bag(

@@ -26,7 +26,7 @@ _FINISHING_S = 5.0
 
 
 @dataclass
-class _Outcome:
+class Outcome:
     """What became of one picture.
 
     Attributes:
@@ -67,27 +67,11 @@ def infer_images(
         quiet: Whether to print results and errors only.
         verbose: Whether to print a line for each picture.
     """
-    progress = ProgressLine(shown=len(batch.tasks) > 1 and not quiet)
-    warning = ""
-    outcomes = PredictionIterator(partial(_work, predict, verbose=verbose), batch.tasks, at_once)
-
-    def report(outcome: _Outcome) -> None:
-        nonlocal warning
-        progress.clear()
-        if outcome.failure:
-            batch.failures.append(outcome.failure)
-            batch.model_failures += outcome.model_failed
-        batch.notes += outcome.notes
-        if not (warning or quiet) and (warning := lens_warning(outcome.lens)):
-            complain(warning)
-        if outcome.line:
-            complain(outcome.line)
-        for path in outcome.written:
-            name_file(path)
-
+    report = Reporter(batch, quiet=quiet)
+    outcomes = PredictionIterator(partial(work, predict, verbose=verbose), batch.tasks, at_once)
     try:
         for done, task in enumerate(batch.tasks):
-            progress.show(bar(done, len(batch.tasks), task.source.label))
+            report.show(done, task)
             report(next(outcomes))
     except BaseException as ended:
         finished = outcomes.stop(_FINISHING_S)
@@ -96,12 +80,50 @@ def infer_images(
                 report(outcome)
         raise
     finally:
-        progress.clear()
+        report.clear()
 
 
-def _work(predict: "Callable[[ImageSource], Prediction]", task: Task, *, verbose: bool) -> _Outcome:
+class Reporter:
+    """Tells the user and the batch what became of pictures, in the order in which it is called."""
+
+    def __init__(self, batch: Batch, *, quiet: bool) -> None:
+        """Nothing is told yet.
+
+        Args:
+            batch: Takes failures and notes.
+            quiet: Whether to print results and errors only.
+        """
+        self._batch, self._quiet = batch, quiet
+        self._progress = ProgressLine(shown=len(batch.tasks) > 1 and not quiet)
+        self._warning = ""
+
+    def show(self, done: int, task: Task) -> None:
+        """Shows how far the batch is."""
+        self._progress.show(bar(done, len(self._batch.tasks), task.source.label))
+
+    def __call__(self, outcome: Outcome) -> None:
+        """Reports a picture."""
+        self._progress.clear()
+        if outcome.failure:
+            self._batch.failures.append(outcome.failure)
+            self._batch.model_failures += outcome.model_failed
+        self._batch.notes += outcome.notes
+        if not (self._warning or self._quiet) and (warning := lens_warning(outcome.lens)):
+            complain(warning)
+            self._warning = warning
+        if outcome.line:
+            complain(outcome.line)
+        for path in outcome.written:
+            name_file(path)
+
+    def clear(self) -> None:
+        """Removes the progress."""
+        self._progress.clear()
+
+
+def work(predict: "Callable[[ImageSource], Prediction]", task: Task, *, verbose: bool) -> Outcome:
     """Predicts one picture and writes its files; raises nothing but Ctrl-C."""
-    outcome = _Outcome()
+    outcome = Outcome()
     try:
         prediction = predict(task.source.path or _standard_input())
         outcome.lens = prediction.intrinsics.source

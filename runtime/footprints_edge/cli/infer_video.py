@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
 from footprints_edge.cli.batch import Batch
 from footprints_edge.cli.camera_options import lens_warning
 from footprints_edge.cli.exit_codes import INTERRUPTED, complain, name_file
@@ -80,7 +78,7 @@ def infer_videos(
             complain(warning)
             warning = ""
         if interrupted:
-            raise typer.Exit(INTERRUPTED)
+            raise SystemExit(INTERRUPTED)
 
 
 def _infer_video(

@@ -4,7 +4,8 @@ from typing import Annotated
 
 import typer
 
-from footprints_edge.cli.exit_codes import HELP, MODEL_PROBLEM, VersionOption, complain, explained
+from footprints_edge.cli.common_options import HELP, VersionOption
+from footprints_edge.cli.exit_codes import MODEL_PROBLEM, complain, explained
 
 app = typer.Typer(
     context_settings=HELP,

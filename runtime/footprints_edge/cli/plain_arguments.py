@@ -1,7 +1,7 @@
-"""Reads the usual command lines of `fp-infer` without typer's conversion of values.
+"""Reads the usual command lines of `fp-infer` without typer.
 
-That loads pydantic, which takes as long as numpy and onnxruntime together. Whatever is not plain is
-left to typer, and so is every mistake, for its message.
+Its conversion of values loads pydantic, which takes as long as numpy and onnxruntime. What is not
+plain is left to typer, and so is every mistake, for its message.
 """
 
 import sys

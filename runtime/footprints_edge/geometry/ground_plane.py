@@ -7,6 +7,7 @@ the plane straight below the camera; forward is the viewing direction projected 
 import math
 from dataclasses import dataclass
 from functools import cache
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,9 @@ _TRIALS = 150
 """Triples drawn. If half of the pixels are inliers, at least one triple is free of outliers with
 probability 1 - 1e-8."""
 
-_FITTED = 8000
-"""Maximum number of pixels for the fit, evenly drawn: three parameters need no more."""
+_FITTED = 2000
+"""Maximum number of pixels for the fit, evenly drawn. Of 34 photos, the camera's height differs by
+0.1 % in the median from that by all pixels, and by 2 % at most; a network is some per cent off."""
 
 _JUDGED = 600
 """Number of pixels that rank the hypotheses: more do not change the order."""
@@ -47,6 +49,8 @@ LOWEST_M, HIGHEST_M = 0.03, 100.0
 
 STEEPEST_UP_DEG, MOST_LEANING_DEG = -30.0, 45.0
 """Lowest pitch, and largest lean to a side, with which a fitted plane is believed."""
+
+_Row: TypeAlias = tuple[float, float, float]
 
 _SEARCHED_DEG = np.arange(-25.0, 25.25, 0.5)
 """Angles around the fitted one among which the unknown angle is searched if the other is known."""
@@ -327,12 +331,24 @@ def _without_outliers(samples: _Samples, gradient: NDArray[np.float64]) -> NDArr
         inlier = residual <= max(2.5 * 1.4826 * float(_median(residual)), 1e-9)
         w = inlier.astype(np.float64)
         wx, wy = w * x, w * y
-        xy, x_, y_ = wx @ y, wx @ ones, wy @ ones
-        normal = np.array([[wx @ x, xy, x_], [xy, wy @ y, y_], [x_, y_, w @ ones]])
-        if np.linalg.det(normal) > _LEAST_DETERMINANT:
-            wd = np.array([wx @ inverse_depth, wy @ inverse_depth, w @ inverse_depth])
-            gradient = np.asarray(np.linalg.solve(normal, wd), np.float64)
+        xy, x_, y_ = float(wx @ y), float(wx @ ones), float(wy @ ones)
+        rows = (float(wx @ x), xy, x_), (xy, float(wy @ y), y_), (x_, y_, float(w @ ones))
+        minors = _cross(rows[1], rows[2]), _cross(rows[2], rows[0]), _cross(rows[0], rows[1])
+        determinant = _dot(rows[0], minors[0])
+        if determinant > _LEAST_DETERMINANT:
+            wd = float(wx @ inverse_depth), float(wy @ inverse_depth), float(w @ inverse_depth)
+            gradient = np.array([_dot(wd, column) for column in zip(*minors, strict=True)])
+            gradient /= determinant
     return gradient
+
+
+def _cross(a: _Row, b: _Row) -> _Row:
+    """Of Python's numbers, a tenth of numpy's time for so few."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _dot(a: _Row, b: _Row) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _with_known(

@@ -20,6 +20,9 @@ _HORIZON = np.float32(1e-4)
 _UNLIKE_ANY = np.float32(1e-30)
 """Stands for the plane's inverse depth above the horizon: far from every depth of a network."""
 
+_BAND_PX = 64
+"""Rows laid flat at a time, to fit the processor's cache."""
+
 
 def flatten(prediction: MapsT) -> MapsT:
     """The same prediction with ground depth on the plane; see `Prediction.flattened`."""
@@ -43,8 +46,10 @@ def flatten(prediction: MapsT) -> MapsT:
     if prediction.pose.anything:  # a known height corrects the scale of the depth
         height_error = _median_deviation(plane_inverse_depth, depth_m, prediction.ground)
     laid = depth_m.copy()
-    rows = _rows_below_horizon(plane_inverse_depth)
-    laid[rows] = _mixed(plane_inverse_depth[rows], depth_m[rows], height_error)
+    below = _rows_below_horizon(plane_inverse_depth)
+    for top in range(below.start, below.stop, _BAND_PX):
+        rows = slice(top, min(below.stop, top + _BAND_PX))
+        laid[rows] = _mixed(plane_inverse_depth[rows], depth_m[rows], height_error)
     return prediction.with_maps(unmasked_ground_depth_m=laid, laid_onto=plane)
 
 
@@ -52,7 +57,7 @@ def _rows_below_horizon(plane_inverse_depth: Floats) -> slice:
     """The rows that reach below the horizon, which is straight: where one of their ends does."""
     ends = plane_inverse_depth[:, [0, -1]]
     found = np.flatnonzero((ends > _HORIZON).any(axis=1))
-    return slice(found[0], found[-1] + 1) if found.size else slice(0)
+    return slice(int(found[0]), int(found[-1]) + 1) if found.size else slice(0, 0)
 
 
 def _median_deviation(plane_inverse_depth: Floats, depth_m: Floats, ground: Mask) -> float:

@@ -62,6 +62,11 @@ def run_on_ray(
             ray.shutdown()
 
 
+def require_ray() -> None:
+    """Raises `ModuleNotFoundError` where Ray is missing, before any work."""
+    import ray  # noqa: F401
+
+
 def _connect(workers: int) -> None:
     import ray
 

@@ -1,7 +1,6 @@
 from importlib.machinery import EXTENSION_SUFFIXES
 
 import pytest
-import typer
 
 from footprints_edge.cli.exit_codes import INTERRUPTED, MODEL_PROBLEM, SOME_FAILED, USAGE, explained
 from footprints_edge.errors import ImageError, ModelError
@@ -22,16 +21,16 @@ from footprints_edge.errors import ImageError, ModelError
     ],
 )
 def test_errors_become_a_message_and_an_exit_code(error, code, says, capsys):
-    with pytest.raises(typer.Exit) as caught, explained():
+    with pytest.raises(SystemExit) as caught, explained():
         raise error
-    assert caught.value.exit_code == code
+    assert caught.value.code == code
     assert capsys.readouterr().err == says
 
 
 def test_a_missing_package_names_the_extra(capsys):
-    with pytest.raises(typer.Exit) as caught, explained("export"):
+    with pytest.raises(SystemExit) as caught, explained("export"):
         import no_such_package  # noqa: F401
-    assert caught.value.exit_code == USAGE
+    assert caught.value.code == USAGE
     message = capsys.readouterr().err
     assert "no_such_package" in message
     assert "pip install '.[export]' in a checkout" in message

@@ -75,13 +75,13 @@ def test_everything_else_is_left_to_typer(line):
     assert read_plain(line.split()) is None
 
 
-def test_a_usual_run_loads_no_pydantic(tiny_path, tmp_path, picture):
+def test_a_usual_run_loads_no_typer(tiny_path, tmp_path, picture):
     from PIL import Image
 
     Image.fromarray(picture).save(tmp_path / "a.png")
     code = (
-        "import sys; from footprints_edge.cli.infer import main; main(); "
-        "assert not {'pydantic', 'rich'} & set(sys.modules)"
+        "import sys; from footprints_edge.cli.start import infer; infer(); "
+        "assert not {'typer', 'pydantic', 'rich'} & set(sys.modules)"
     )
     done = subprocess.run(
         [sys.executable, "-c", code, tmp_path / "a.png", "--model", tiny_path, "--threads", "1"],

@@ -174,8 +174,8 @@ def test_every_command_has_help_and_a_version(name):
 
 
 def test_a_command_run_as_a_module_is_imported_once():
-    command = [sys.executable, "-X", "importtime", "-m", "footprints_edge.cli.infer", "--version"]
+    command = [sys.executable, "-X", "importtime", "-m", "footprints_edge.cli.models", "--version"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "footprints-edge" in done.stdout
     assert "footprints_edge.cli.start" in done.stderr
-    assert "footprints_edge.cli.infer" not in done.stderr
+    assert "footprints_edge.cli.models" not in done.stderr
