@@ -19,6 +19,15 @@ from footprints_edge_bench.model_files.synthetic_photos import synthetic_jpeg
 PHOTO = (960, 1280)
 """(H, W) of the photo."""
 
+RUN_INFER = """
+try:
+    from footprints_edge.cli.start import infer
+except ImportError:  # a version before that
+    from footprints_edge.cli.infer import main as infer
+infer()
+"""
+"""A program: ``fp-infer`` as it is installed, of any version."""
+
 _BASE = "import numpy, onnxruntime, PIL"
 _NOTE_MEMORY = """
 def peak_bytes():
@@ -35,11 +44,11 @@ def peak_bytes():
 _INFER = (
     _NOTE_MEMORY
     + """
-import atexit, runpy, sys
-note, sys.argv = sys.argv[1], ["fp-infer", *sys.argv[2:]]
+import atexit, sys
+note = sys.argv.pop(1)
 atexit.register(lambda: open(note, "w").write(str(peak_bytes())))
-runpy.run_module("footprints_edge", run_name="__main__")
 """
+    + RUN_INFER
 )
 _STEPS = (
     _NOTE_MEMORY

@@ -28,6 +28,7 @@ def main(frame: str, phone: str, threads: str, model: str) -> None:
     array, jpeg = np.asarray(Image.open(frame)), Path(phone).read_bytes()
     high, wide = loaded.input_size(array.shape[:2])
     ready = np.asarray(Image.open(frame).resize((wide, high)))[None]
+    engine = loaded.engine if hasattr(loaded, "engine") else loaded.session  # of older versions
     plain = loaded.predict(array, flatten=False)
     image = Image.open(phone)
     least = loaded.input_size((image.height, image.width))
@@ -47,7 +48,7 @@ def main(frame: str, phone: str, threads: str, model: str) -> None:
         return found.timings_ms["preprocess"]
 
     steps: dict[str, Callable[[], float | None]] = {
-        "network": lambda: loaded.engine.run(ready) is None,
+        "network": lambda: engine.run(ready) is None,
         "array": lambda: loaded.predict(array).timings_ms["preprocess"],
         "result": result,
         "draft": draft,

@@ -17,7 +17,12 @@ from time import perf_counter
 from footprints_edge.errors import FootprintsError
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge_bench.foundation.markdown import markdown_table
-from footprints_edge_bench.latency.cold_start import Start, environment_of, start_against_imports
+from footprints_edge_bench.latency.cold_start import (
+    RUN_INFER,
+    Start,
+    environment_of,
+    start_against_imports,
+)
 from footprints_edge_bench.latency.end_to_end import PHONE
 from footprints_edge_bench.latency.timing import Ratio, ratio
 from footprints_edge_bench.model_files.synthetic_photos import enlarged_jpeg
@@ -207,7 +212,7 @@ def _folder_fps(checkout: Path | None, photo: Path, model: str, threads: int, ph
     with tempfile.TemporaryDirectory() as folder:
         for number in range(photos):
             Path(folder, f"{number}.jpg").write_bytes(photo.read_bytes())
-        command = [sys.executable, "-m", "footprints_edge", folder, "-q"]
+        command = [sys.executable, "-c", RUN_INFER, folder, "-q"]
         command += ["--format", "json", "--threads", str(threads)]
         command += ["--model", model] if model else []
         start_s = perf_counter()
