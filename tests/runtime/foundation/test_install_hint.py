@@ -21,5 +21,5 @@ def test_every_hint_names_an_extra_that_exists():
         for path in sources
         for extra in re.findall(r"install_hint\(['\"](\w+)", path.read_text(encoding="utf-8"))
     }
-    assert named == {"openvino", "plan", "ros", "video"}
+    assert named == {"openvino", "plan", "ray", "ros", "video"}
     assert named <= set(tomllib.loads(PYPROJECT.read_text())["project"]["optional-dependencies"])
