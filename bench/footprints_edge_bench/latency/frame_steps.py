@@ -28,7 +28,7 @@ def main(frame: str, phone: str, threads: str, model: str) -> None:
     array, jpeg = np.asarray(Image.open(frame)), Path(phone).read_bytes()
     high, wide = loaded.input_size(array.shape[:2])
     ready = np.asarray(Image.open(frame).resize((wide, high)))[None]
-    engine = loaded.engine if hasattr(loaded, "engine") else loaded.session  # of older versions
+    engine = vars(loaded).get("engine") or vars(loaded)["session"]  # of older versions
     plain = loaded.predict(array, flatten=False)
     image = Image.open(phone)
     least = loaded.input_size((image.height, image.width))

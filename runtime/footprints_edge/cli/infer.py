@@ -7,7 +7,7 @@ import typer
 
 from footprints_edge.cli.common_options import HELP, VersionOption
 from footprints_edge.cli.exit_codes import OptionError
-from footprints_edge.cli.run_infer import main, run_infer
+from footprints_edge.cli.run_infer import run_infer
 
 __all__ = ["app", "infer", "main"]
 
@@ -175,6 +175,11 @@ def infer(
         run_infer(**given)
     except OptionError as error:
         raise typer.BadParameter(str(error)) from error
+
+
+def main() -> None:
+    """Runs `fp-infer` by typer; see `start`."""
+    app()
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 Without typer: to import it takes a tenth of the time of a run on one picture.
 """
 
-import sys
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,6 @@ from footprints_edge.cli.exit_codes import (
     complain,
     explained,
 )
-from footprints_edge.cli.plain_arguments import read_plain
 from footprints_edge.foundation.install_hint import install_hint
 
 if TYPE_CHECKING:
@@ -31,21 +29,6 @@ RAY = "ray"
 """Name among the engines: the pictures go to a Ray cluster, whose workers run onnxruntime."""
 
 STDIN = "-"
-
-
-def main() -> None:
-    """Runs `fp-infer`; see `start`."""
-    plain = read_plain(sys.argv[1:])
-    if plain is not None:
-        try:
-            run_infer(**plain)
-        except OptionError:  # found before anything was done; typer explains it
-            pass
-        else:
-            return
-    from footprints_edge.cli.infer import app
-
-    app()
 
 
 def run_infer(

@@ -86,7 +86,7 @@ def _as_the_system_spells_it(error: UnicodeError) -> tuple[bytes, int]:
 
 def infer() -> None:
     """Entry point of `fp-infer`."""
-    start("footprints_edge.cli.run_infer")
+    start("footprints_edge.cli.infer_command")
 
 
 def models() -> None:
