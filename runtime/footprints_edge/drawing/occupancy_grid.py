@@ -149,7 +149,7 @@ def _enlarged(cells: NDArray[np.uint8], height_px: int, width_px: int) -> NDArra
         np.arange(height_px) * rows // height_px,
         np.arange(width_px) * columns // width_px,
     )
-    return cells.take(row, axis=0).take(column, axis=1)
+    return np.asarray(cells.take(row, axis=0).take(column, axis=1), np.uint8)
 
 
 @lru_cache(maxsize=4)
