@@ -59,8 +59,8 @@ def fit_plane(rays: Array, inverse: Array, ground: Array) -> tuple[Array | None,
     q, d = rays[ground], inverse[ground]
     if (count := len(d)) < 20:
         return None, {"refused": "few_pixels"}
-    if count > 2000:
-        even = np.arange(2000) * count // 2000
+    if count > 8000:
+        even = np.arange(8000) * count // 8000
         q, d = q[even], d[even]
     triples, judged = np.split(draw(1050, len(d)), [450])
     corners = triples.reshape(150, 3)

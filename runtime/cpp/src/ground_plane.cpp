@@ -12,7 +12,7 @@ namespace {
 
 constexpr size_t FEWEST_PIXELS = 20;
 constexpr int TRIALS = 150;       /* triples drawn */
-constexpr size_t FITTED = 2000;   /* most pixels of the fit */
+constexpr size_t FITTED = 8000;   /* most pixels of the fit */
 constexpr int JUDGED = 600;       /* pixels that rank the triples' planes */
 constexpr int ROUNDS = 6;         /* of least squares without outliers */
 constexpr double LEAST_AREA = 0.02;

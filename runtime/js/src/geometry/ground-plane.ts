@@ -19,7 +19,7 @@ const FEWEST_PIXELS = 20;
 const TRIALS = 150;
 
 /** Most pixels for the fit, evenly drawn: three numbers need no more. */
-const FITTED = 2000;
+const FITTED = 8000;
 
 /** Pixels that rank the hypotheses: more do not change the order. */
 const JUDGED = 600;
