@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 RAY = "ray"
 """Name among the engines: the pictures go to a Ray cluster, whose workers run onnxruntime."""
 
-STDIN = "-"
-
 
 def run_infer(
     images: list[str],
@@ -218,6 +216,8 @@ def _infer_pictures(
 
 
 def _check_ray(named: list[str], *, others: list[str], providers: list[str] | None) -> None:
+    from footprints_edge.cli.sources import STDIN
+
     if others or STDIN in named:
         raise OptionError("--engine ray is for picture files and folders of them")
     if providers:
@@ -254,11 +254,12 @@ def _by_kind(
 
 def _videos_among(named: list[str], raw: str | None) -> list[str]:
     """The arguments that name videos, streams, cameras, or a pipe of raw frames."""
+    from footprints_edge.cli.sources import STDIN
     from footprints_edge.video.sources import is_video
 
     if raw is None:
         return [name for name in named if is_video(name)]
-    if named != ["-"]:
+    if named != [STDIN]:
         raise OptionError("--raw describes standard input; give - and nothing else")
     return named
 

@@ -57,8 +57,7 @@ def remove_abandoned(folder: Path) -> None:
     """Removes what processes of this machine that have ended left unfinished in `folder`.
 
     Parts of living processes and of other machines stay, those of earlier versions for a day. A
-    folder that cannot be read, and a part
-    that cannot be removed, are no error.
+    folder that cannot be read, and a part that cannot be removed, are no error.
     """
     machine = _machine(os.getpid())
     with suppress(OSError, ValueError):  # ValueError: a null byte in the name

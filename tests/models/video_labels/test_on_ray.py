@@ -1,7 +1,6 @@
 """Labels on Ray: two workers, one of which is killed on the way."""
 
 import importlib
-import logging
 import os
 import signal
 import threading
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ray_cluster import two_workers
 
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.parallel.on_ray import run_on_ray
@@ -38,17 +38,8 @@ def scripts():
 @pytest.fixture(scope="module")
 def cluster():
     """Two worker processes on this machine, which find the stand-ins too."""
-    paths = filter(None, [os.environ.get("PYTHONPATH")])
-    ray.init(
-        num_cpus=2,
-        include_dashboard=False,
-        log_to_driver=False,
-        object_store_memory=100 * 2**20,
-        logging_level=logging.ERROR,
-        runtime_env={"env_vars": {"PYTHONPATH": os.pathsep.join([str(HERE), *paths])}},
-    )
-    yield
-    ray.shutdown()
+    with two_workers(HERE):
+        yield
 
 
 def job_of(folder, script, count):

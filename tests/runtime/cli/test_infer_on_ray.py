@@ -1,6 +1,5 @@
 """Pictures on Ray: two workers, one of which is killed on the way."""
 
-import logging
 import os
 import signal
 import sys
@@ -11,28 +10,22 @@ from collections import Counter
 import numpy as np
 import pytest
 from PIL import Image
+from ray_cluster import two_workers
 
 from footprints_edge.cli.batch import plan
 from footprints_edge.cli.exit_codes import OptionError
 from footprints_edge.cli.infer_on_ray import infer_on_ray
 from footprints_edge.cli.run_infer import run_infer
 
-ray = pytest.importorskip("ray", reason="Ray is an extra: pip install 'footprints-edge[ray]'")
+pytest.importorskip("ray", reason="Ray is an extra: pip install 'footprints-edge[ray]'")
+pytestmark = pytest.mark.xdist_group("ray")  # its cluster is started once
 
 
 @pytest.fixture(scope="module")
 def cluster():
     """Two worker processes on this machine."""
-    ray.init(
-        num_cpus=2,
-        include_dashboard=False,
-        log_to_driver=False,
-        object_store_memory=100 * 2**20,
-        logging_level=logging.ERROR,
-        runtime_env={"env_vars": {"PYTHONPATH": os.environ.get("PYTHONPATH", "")}},
-    )
-    yield
-    ray.shutdown()
+    with two_workers():
+        yield
 
 
 def photos(folder, count):

@@ -216,9 +216,10 @@ def _views(
         name: _mean_bytes([*held_out[name], *_evenly(each.train, 6)], most_px)
         for name, each in datasets.items()
     }
+    needed = {name: view_bytes[name] * len(each.train) for name, each in datasets.items()}
     left = most_bytes - sum(view_bytes[name] * len(views) for name, views in held_out.items())
     # evenly among the photos; what one does not need goes to those after it
-    order = sorted(datasets, key=lambda name: (name == SCENES, _needed(datasets, view_bytes, name)))
+    order = sorted(datasets, key=lambda name: (name == SCENES, needed[name]))
     photos = sum(name != SCENES for name in order)
     scenes_bytes = (SCENES_SHARE if photos else 1.0) * left if SCENES in datasets else 0.0
     for place, name in enumerate(order):
@@ -233,13 +234,6 @@ def _views(
             yield ShardView(stored_view(sample, most_px), name, "held out")
         for sample in chosen:
             yield ShardView(stored_view(sample, most_px), name, "train")
-
-
-def _needed(
-    datasets: Mapping[str, TrainingDataset], view_bytes: Mapping[str, float], name: str
-) -> float:
-    """The bytes that all views of a data set would take."""
-    return len(datasets[name].train) * view_bytes[name]
 
 
 def _mean_bytes(samples: Sequence[Sample], most_px: int) -> float:
