@@ -216,7 +216,7 @@ def _infer_pictures(
 
 
 def _check_ray(named: list[str], *, others: list[str], providers: list[str] | None) -> None:
-    from footprints_edge.cli.sources import STDIN
+    from footprints_edge.video.sources import STDIN
 
     if others or STDIN in named:
         raise OptionError("--engine ray is for picture files and folders of them")
@@ -254,8 +254,7 @@ def _by_kind(
 
 def _videos_among(named: list[str], raw: str | None) -> list[str]:
     """The arguments that name videos, streams, cameras, or a pipe of raw frames."""
-    from footprints_edge.cli.sources import STDIN
-    from footprints_edge.video.sources import is_video
+    from footprints_edge.video.sources import STDIN, is_video
 
     if raw is None:
         return [name for name in named if is_video(name)]

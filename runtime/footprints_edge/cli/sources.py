@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from footprints_edge.errors import ImageError
+from footprints_edge.foundation.addresses import is_address, without_password
 from footprints_edge.inputs.image_files import image_files, passed_over, readable_suffixes
 from footprints_edge.outputs.writers import OUTPUT_ENDINGS
-from footprints_edge.video.sources import is_video
-
-STDIN = "-"
+from footprints_edge.video.sources import STDIN, is_video
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,17 @@ def expand(named: str, *, recursive: bool = False) -> list[InputImage]:
         recursive: Whether to search a folder's sub-folders too.
 
     Raises:
-        ImageError: If a folder contains no pictures. A missing file fails later, when it is read.
+        ImageError: If a folder contains no pictures, or the argument is an address. A missing file
+            fails later, when it is read.
     """
     if named == STDIN:
         return [InputImage(None)]
     path = Path(named)
+    if is_address(named) and not path.exists():
+        raise ImageError(
+            f"{without_password(named)} is an address; download the picture first, or for a stream "
+            "give rtsp:// or rtsps://"
+        )
     if not path.is_dir():
         return [InputImage(path)]
     found = image_files(path, recursive=recursive, skip_endings=OUTPUT_ENDINGS)

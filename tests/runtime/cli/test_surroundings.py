@@ -156,6 +156,14 @@ def test_an_unknown_engine_is_a_problem_of_the_model(infer, photos):
     assert (result.exit_code, "'other' is unknown" in result.stderr) == (3, True)
 
 
+def test_the_password_of_an_address_that_is_not_read_is_not_shown(infer, photos):
+    named = ["http://me:hunter22@10.0.0.7/a.jpg", "ftp://me:hunter22@10.0.0.7/a.mp4"]
+    result = infer(photos / "a.png", *named, "--format", "json")
+    assert (result.exit_code, len(result.stdout.split())) == (1, 1)
+    assert result.stderr.count("***@10.0.0.7/a.") == 2
+    assert "hunter22" not in result.stderr
+
+
 def test_a_folder_of_videos_gives_its_videos(infer, tmp_path, clip):
     (tmp_path / "videos").mkdir()
     for name in ("a.avi", "b.avi"):
