@@ -296,7 +296,8 @@ if (isMainThread) {
   if (process.argv[2]) process.env.ORT_DISABLE_TELEMETRY = process.argv[2];
   new Worker(new URL(import.meta.url));
 } else {
-  console.log(await load().then((model) => model.metadata.name, (error) => `${error.name}: ${error.message}`));
+  const explained = ({ name, message }) => `${name}: ${message}`;
+  console.log(await load().then((model) => model.metadata.name, explained));
 }
 """
 
