@@ -88,6 +88,10 @@ def run_infer(
         images, pictures, videos, bags = _by_kind(images, raw, recursive=recursive)
         if (videos or bags) and path:
             raise OptionError("--path works on pictures only, not on videos")
+        if margin and not path:
+            raise OptionError("--margin is for --path")
+        if bev and not bags and "overlay" not in wanted:
+            raise OptionError("--bev adds a view beside the overlay; add overlay to --format")
         if not (videos or bags) and (smooth or every != 1 or max_fps is not None):
             raise OptionError("--every, --max-fps and --smooth are for videos")
         if engine == RAY:
