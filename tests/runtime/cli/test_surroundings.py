@@ -92,9 +92,11 @@ def test_what_a_folder_leaves_out_is_said(infer, photos):
     for name in ("e.dng", "f.gif", "g.GIF", "notes.txt"):
         (photos / name).write_bytes(b"?")
     (photos / "away.jpg").symlink_to("nowhere.jpg")
+    (photos / "h.mp4").write_bytes(b"?")
     result = infer(photos, "--format", "json")
     assert (result.exit_code, len(result.stdout.split())) == (0, 4)
     assert "passed over 2 .gif, 1 .dng, 1 link that leads nowhere" in result.stderr
+    assert "videos beside pictures are done only by name: 1" in result.stderr
     assert "Note" not in infer(photos, "--format", "json", "-q").stderr
 
 
