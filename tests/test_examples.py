@@ -3,6 +3,7 @@
 import ast
 import importlib.util
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -285,6 +286,30 @@ def test_the_package_for_javascript_runs_where_it_is_installed(packed, model):
     assert not list((packed / "node_modules").glob("*/.gitignore"))
     licence = (packed / "node_modules" / "footprints-edge" / "LICENSE").read_text()
     assert licence == (CHECKOUT / "LICENSE").read_text()
+
+
+WORKER = """
+import { isMainThread, Worker } from "node:worker_threads";
+import { load } from "footprints-edge";
+
+if (isMainThread) {
+  if (process.argv[2]) process.env.ORT_DISABLE_TELEMETRY = process.argv[2];
+  new Worker(new URL(import.meta.url));
+} else {
+  const explained = ({ name, message }) => `${name}: ${message}`;
+  console.log(await load().then((model) => model.metadata.name, explained));
+}
+"""
+
+
+@pytest.mark.parametrize(("chosen", "says"), [("", "ModelError: a worker thread"), ("1", "edge")])
+def test_a_worker_thread_of_node_reports_nothing(packed, tmp_path, chosen, says):
+    (packed / "worker.mjs").write_text(WORKER)
+    choices = {"CI", "TF_BUILD", "JENKINS_URL", "ORT_DISABLE_TELEMETRY", "XDG_CACHE_HOME"}
+    kept = {name: value for name, value in os.environ.items() if name not in choices}
+    words = ["node", packed / "worker.mjs", chosen]
+    assert run(*words, cwd=packed, env=kept | {"HOME": str(tmp_path)}).stdout.startswith(says)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_package_for_javascript_has_types(packed):

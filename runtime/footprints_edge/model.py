@@ -6,7 +6,7 @@ from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
 
 from footprints_edge.engines.engine import Engine
 from footprints_edge.engines.open_engine import open_engine
@@ -230,9 +230,13 @@ class Model:
             raises its error when its turn comes; the next call of `next` goes on after it.
 
         Raises:
+            TypeError: If `images` is one picture.
             ValueError: If the number of workers is not positive.
         """
         from footprints_edge.parallel.in_order import PredictionIterator
+
+        if isinstance(images, str | bytes | os.PathLike) or hasattr(images, "read"):
+            raise TypeError("images is one picture; give a list of them, or use predict")
 
         predict = partial(
             self.predict,
@@ -249,8 +253,9 @@ class Model:
 
     def stream(
         self,
-        source: str | os.PathLike[str],
+        source: str | os.PathLike[str] | BinaryIO,
         *,
+        raw: str | None = None,
         every: int = 1,
         max_fps: float | None = None,
         smooth: bool = False,
@@ -264,14 +269,16 @@ class Model:
         gravity: Sequence[float] | None = None,
         robot_height_m: float = ROBOT_HEIGHT_M,
     ) -> "Iterator[StreamedFrame[Prediction]]":
-        """Finds the ground in every frame of a video, camera or stream (extra `video`).
+        """Finds the ground in every frame of a video, camera, stream or pipe (extra `video`).
 
         Decoding, inference and your own code run at the same time. A camera or stream drops frames
-        that come faster than they are taken; a file waits. Leaving the loop, or `close()` of the
-        iterator, closes the source.
+        that come faster than they are taken; a file or pipe waits. Leaving the loop, or `close()`
+        of the iterator, closes the source.
 
         Args:
-            source: A video file, `camera:0`, or `rtsp://…`.
+            source: A video file, `camera:0`, `rtsp://…`, or with `raw` a pipe: a binary file
+                object, which stays open, or `-` for standard input.
+            raw: Layout of the raw RGB frames of a pipe, `WIDTHxHEIGHT[@FPS]`.
             every: Process every Nth frame.
             max_fps: Process at most this many frames per second of the video's time.
             smooth: Smooth the maps over time, as `Tracker` does.
@@ -292,7 +299,7 @@ class Model:
         Raises:
             VideoError: If the source cannot be opened, ends in an error, or OpenCV is missing.
         """
-        from footprints_edge.video.capture import Pace, open_video
+        from footprints_edge.video.capture import Pace, open_source
         from footprints_edge.video.smoothing import Tracker
         from footprints_edge.video.stream import stream_video
 
@@ -308,7 +315,7 @@ class Model:
             robot_height_m=robot_height_m,
         )
         return stream_video(
-            open_video(os.fspath(source), Pace(every, max_fps)),
+            open_source(source, Pace(every, max_fps), raw),
             lambda frame: predict(frame.image),
             then=Tracker().update if smooth else None,
             at_once=1 if workers is None else workers,
@@ -341,7 +348,7 @@ def load(
         ModelError: If the model is unknown, damaged or not a footprints-edge file, or if a
             provider or engine is not available, or an engine refuses its options.
     """
-    path = registry.resolve(None if model is None else os.fspath(model))
+    path = registry.resolve(None if model is None else os.fsdecode(model))
     opened = open_engine(
         path, engine, threads=threads, providers=providers, session_options=session_options
     )

@@ -1,6 +1,7 @@
 """A model for many pictures and for videos, in other processes, and as a function."""
 
 import copy
+import io
 import os
 import pickle
 import subprocess
@@ -61,6 +62,12 @@ def test_a_pose_that_is_known_holds_for_all(tiny, picture, clip):
         assert found == pytest.approx((1.25, 12, -3))
 
 
+def test_one_picture_is_not_many(tiny, photos):
+    for one in (str(photos[0]), photos[0], photos[0].read_bytes()):
+        with pytest.raises(TypeError, match="one picture"):
+            tiny.predict_many(one)
+
+
 def test_workers_are_positive(tiny):
     with pytest.raises(ValueError, match="workers"):
         tiny.predict_many([], workers=0)
@@ -71,6 +78,17 @@ def test_a_video_is_an_iterator(tiny, clip):
     assert [frame.index for frame in frames] == list(range(0, 20, 2))
     assert [index_of(frame.prediction.rgb) for frame in frames] == list(range(0, 20, 2))
     assert [frame.time_s for frame in frames] == pytest.approx([index / 5 for index in range(10)])
+
+
+def test_a_pipe_is_an_iterator_and_stays_open(tiny, picture):
+    frames = np.stack([picture // (index + 1) for index in range(3)])
+    pipe = io.BytesIO(frames.tobytes())
+    layout = f"{picture.shape[1]}x{picture.shape[0]}@10"
+    found = list(tiny.stream(pipe, raw=layout))
+    assert [frame.time_s for frame in found] == [0, 0.1, 0.2]
+    for frame, sent in zip(found, frames, strict=True):
+        np.testing.assert_array_equal(frame.prediction.ground, tiny(sent).ground)
+    assert not pipe.closed
 
 
 def test_leaving_a_stream_leaves_no_thread(tiny, clip):

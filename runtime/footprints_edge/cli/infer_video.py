@@ -11,13 +11,13 @@ from footprints_edge.cli.camera_options import lens_warning
 from footprints_edge.cli.exit_codes import INTERRUPTED, complain, name_file
 from footprints_edge.cli.progress import ProgressLine
 from footprints_edge.errors import OutputError
+from footprints_edge.foundation.addresses import without_password
 from footprints_edge.foundation.real_path import real_path
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.outputs.writers import refuse_overwriting
 from footprints_edge.video.capture import Pace, RawFormat, Video, open_raw, open_video
 from footprints_edge.video.pipeline import VideoStats, run_pipeline
 from footprints_edge.video.sinks import open_sinks, video_paths
-from footprints_edge.video.sources import without_password
 
 if TYPE_CHECKING:
     from footprints_edge.prediction import Prediction

@@ -88,6 +88,10 @@ def run_infer(
         images, pictures, videos, bags = _by_kind(images, raw, recursive=recursive)
         if (videos or bags) and path:
             raise OptionError("--path works on pictures only, not on videos")
+        if margin and not path:
+            raise OptionError("--margin is for --path")
+        if bev and not bags and "overlay" not in wanted:
+            raise OptionError("--bev adds a view beside the overlay; add overlay to --format")
         if not (videos or bags) and (smooth or every != 1 or max_fps is not None):
             raise OptionError("--every, --max-fps and --smooth are for videos")
         if engine == RAY:
@@ -216,7 +220,7 @@ def _infer_pictures(
 
 
 def _check_ray(named: list[str], *, others: list[str], providers: list[str] | None) -> None:
-    from footprints_edge.cli.sources import STDIN
+    from footprints_edge.video.sources import STDIN
 
     if others or STDIN in named:
         raise OptionError("--engine ray is for picture files and folders of them")
@@ -254,8 +258,7 @@ def _by_kind(
 
 def _videos_among(named: list[str], raw: str | None) -> list[str]:
     """The arguments that name videos, streams, cameras, or a pipe of raw frames."""
-    from footprints_edge.cli.sources import STDIN
-    from footprints_edge.video.sources import is_video
+    from footprints_edge.video.sources import STDIN, is_video
 
     if raw is None:
         return [name for name in named if is_video(name)]

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from footprints_edge.errors import ImageError
+from footprints_edge.foundation.addresses import is_address, without_password
 from footprints_edge.inputs.image_files import image_files, passed_over, readable_suffixes
 from footprints_edge.outputs.writers import OUTPUT_ENDINGS
-from footprints_edge.video.sources import is_video
-
-STDIN = "-"
+from footprints_edge.video.sources import STDIN, is_video
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,17 @@ def expand(named: str, *, recursive: bool = False) -> list[InputImage]:
         recursive: Whether to search a folder's sub-folders too.
 
     Raises:
-        ImageError: If a folder contains no pictures. A missing file fails later, when it is read.
+        ImageError: If a folder contains no pictures, or the argument is an address. A missing file
+            fails later, when it is read.
     """
     if named == STDIN:
         return [InputImage(None)]
     path = Path(named)
+    if is_address(named) and not path.exists():
+        raise ImageError(
+            f"{without_password(named)} is an address; download the picture first, or for a stream "
+            "give rtsp:// or rtsps://"
+        )
     if not path.is_dir():
         return [InputImage(path)]
     found = image_files(path, recursive=recursive, skip_endings=OUTPUT_ENDINGS)
@@ -53,10 +59,16 @@ def expand(named: str, *, recursive: bool = False) -> list[InputImage]:
 
 
 def left_out(named: str, *, recursive: bool = False) -> str:
-    """Says which pictures of a folder `expand` leaves out; empty if there are none."""
+    """Says which pictures and videos of a folder `expand` leaves out; empty if there are none."""
     path = Path(named)
-    kinds = passed_over(path, recursive=recursive) if path.is_dir() else ""
-    return f"{named}: passed over {kinds}, which cannot be read here" if kinds else ""
+    if not path.is_dir():
+        return ""
+    kinds = passed_over(path, recursive=recursive)
+    said = [f"passed over {kinds}, which cannot be read here"] if kinds else []
+    found = path.rglob("*") if recursive else path.iterdir()
+    if count := sum(map(_is_shown_video, found)):
+        said.append(f"videos beside pictures are done only by name: {count}")
+    return f"{named}: {'; '.join(said)}" if said else ""
 
 
 def folder_of_videos(named: str, *, recursive: bool = False) -> list[str]:
@@ -74,5 +86,10 @@ def folder_of_videos(named: str, *, recursive: bool = False) -> list[str]:
         return [named]
     if any(each.suffix.lower() in readable_suffixes() for each in shown):
         return [named]
-    videos = [str(each) for each in shown if is_video(str(each))]
-    return [name for name in videos if not name.endswith(".overlay.mp4")] or [named]
+    return [str(each) for each in shown if _is_shown_video(each)] or [named]
+
+
+def _is_shown_video(path: Path) -> bool:
+    """Whether a file of a folder is a video, and none of our own overlays."""
+    is_ours = path.name.startswith(".") or path.name.endswith(".overlay.mp4")
+    return not is_ours and is_video(str(path)) and path.is_file()

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, SupportsIndex
 
 from footprints_edge.errors import ModelError
 from footprints_edge.foundation.cores import usable_cores
@@ -63,8 +63,10 @@ def checked_threads(threads: int | None) -> int:
     Raises:
         ModelError: If the number is not between 1 and 256.
     """
-    if threads is not None and not 1 <= threads <= _MOST_THREADS:
-        raise ModelError(f"threads is {threads}; give 1 to {_MOST_THREADS}, or leave it out")
+    if threads is not None and not (
+        isinstance(threads, SupportsIndex) and 1 <= threads <= _MOST_THREADS
+    ):
+        raise ModelError(f"threads is {threads!r}; give 1 to {_MOST_THREADS}, or leave it out")
     return threads or usable_cores()
 
 

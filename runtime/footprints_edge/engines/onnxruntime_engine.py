@@ -241,5 +241,10 @@ def _options(threads: int, entries: Mapping[str, str]) -> ort.SessionOptions:
     # Between two calls, waiting worker threads must not occupy the cores.
     options.add_session_config_entry("session.force_spinning_stop", "1")
     for key, value in entries.items():
-        options.add_session_config_entry(key, str(value))
+        try:
+            options.add_session_config_entry(key, str(value))
+        except Exception as error:
+            raise ModelError(
+                f"onnxruntime {ort.__version__} refuses the session option {key!r}: {error}"
+            ) from error
     return options

@@ -59,12 +59,14 @@ def passed_over(folder: Path, *, recursive: bool = False) -> str:
         for path in _shown_files(folder, recursive=recursive)
         if path.suffix.lower() in unread
     )
-    kinds |= Counter(
-        "link that leads nowhere"
+    lost = sum(
+        path.suffix.lower() in IMAGE_SUFFIXES and path.is_symlink() and not path.exists()
         for path in (folder.rglob("*") if recursive else folder.iterdir())
-        if path.suffix.lower() in IMAGE_SUFFIXES and path.is_symlink() and not path.exists()
     )
-    return ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
+    said = [f"{count} {kind}" for kind, count in kinds.most_common()]
+    said += ["1 link that leads nowhere"] if lost == 1 else []
+    said += [f"{lost} links that lead nowhere"] if lost > 1 else []
+    return ", ".join(said)
 
 
 def _shown_files(folder: Path, *, recursive: bool) -> Iterator[Path]:

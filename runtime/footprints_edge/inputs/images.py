@@ -14,6 +14,7 @@ import numpy as np
 from PIL import Image
 
 from footprints_edge.errors import ImageError
+from footprints_edge.foundation.addresses import is_address, without_password
 from footprints_edge.foundation.computed_once import computed_once
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.inputs.damaged_files import lost_share, too_much_lost, with_end, without_notes
@@ -226,6 +227,10 @@ def _read(path: Path) -> bytes:
             raise ImageError(f"{path}: larger than {MAX_BYTES} bytes; scale the picture down first")
         return data
     except FileNotFoundError as error:
+        if is_address(str(path)):
+            raise ImageError(
+                f"{without_password(str(path))} is an address; download the picture first"
+            ) from None  # what came before holds the password
         raise ImageError(f"{path}: no such file") from error
     except IsADirectoryError as error:
         raise ImageError(f"{path} is a folder; give a picture in it") from error
@@ -358,7 +363,7 @@ def _upright(image: Image.Image, label: str, least: Size | None = None) -> _Upri
     """Decodes an opened image, at a reduced size if `least` (h, w) allows it."""
     try:
         if image.format == "TIFF" and (reason := raw_tiff_reason(getattr(image, "tag_v2", None))):
-            raise ImageError(f"it {reason}")
+            raise ImageError(reason)
         covered, factor = None, 1
         stored = image.size
         if least is not None:

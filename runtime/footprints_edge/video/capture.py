@@ -1,5 +1,6 @@
 """Capture of frames from videos, cameras and pipes."""
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -11,11 +12,12 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from footprints_edge.errors import VideoError
+from footprints_edge.foundation.addresses import is_address, without_password
 from footprints_edge.foundation.opencv import opencv
 from footprints_edge.foundation.types import Rgb, Size
 from footprints_edge.inputs.images import DecodedImage
 from footprints_edge.video.plain_names import plain_name
-from footprints_edge.video.sources import CAMERA, is_live, without_password
+from footprints_edge.video.sources import CAMERA, STDIN, is_live
 
 USUAL_FPS = 30.0
 """Frames per second of a source that does not state its rate."""
@@ -198,7 +200,7 @@ def open_video(named: str, pace: Pace = Pace()) -> Video:
             name = "".join(c if c.isalnum() or c in ".-" else "_" for c in address)
         else:
             if not Path(named).is_file():
-                raise VideoError(f"{named}: no such file")
+                raise VideoError(f"{shown}: {_why_no_video(named)}")
             capture = cv2.VideoCapture(stack.enter_context(plain_name(Path(named))))
             name = Path(named).name
     if not capture.isOpened():
@@ -226,6 +228,14 @@ def open_video(named: str, pace: Pace = Pace()) -> Video:
     )
 
 
+def _why_no_video(named: str) -> str:
+    if is_address(named):
+        return "addresses of streams begin with rtsp:// or rtsps://; download a file first"
+    if Path(named).is_dir():
+        return "it is a folder; give a video in it"
+    return "it is not a file" if Path(named).exists() else "no such file"
+
+
 def open_raw(layout: RawFormat, pace: Pace = Pace(), pipe: BinaryIO | None = None) -> Video:
     """Reads raw RGB frames from a pipe; None means standard input.
 
@@ -240,6 +250,33 @@ def open_raw(layout: RawFormat, pace: Pace = Pace(), pipe: BinaryIO | None = Non
         pipe = sys.stdin.buffer
     frames = _piped(pipe, layout, pace)
     return Video("stdin", False, pace.fps_of(layout.fps), frames)
+
+
+def open_source(
+    source: str | os.PathLike[str] | BinaryIO, pace: Pace = Pace(), raw: str | None = None
+) -> Video:
+    """Opens what `Model.stream` takes.
+
+    Args:
+        source: A name, as for `open_video`; with `raw` a binary file object, or `-`.
+        pace: The frames to process.
+        raw: Layout of the frames in a pipe, as for `RawFormat.parse`.
+
+    Raises:
+        VideoError: If it cannot be opened, or it is a pipe without a layout or the reverse.
+    """
+    if isinstance(source, str | os.PathLike):
+        named, pipe = os.fsdecode(source), None
+    else:
+        named, pipe = STDIN, source
+    if raw is None and named != STDIN:
+        return open_video(named, pace)
+    if raw is not None and named == STDIN:
+        return open_raw(RawFormat.parse(raw), pace, pipe)
+    raise VideoError(
+        f"raw is {raw!r} for {without_password(named)}; a pipe needs the layout of its frames, "
+        "such as raw='640x360@25', and nothing else has one"
+    )
 
 
 def _captured(
@@ -302,10 +339,18 @@ def _piped(pipe: BinaryIO, layout: RawFormat, pace: Pace) -> Iterator[VideoFrame
     height, width = layout.size
     length = height * width * 3
     index, clock = 0, pace.clock()
-    while data := pipe.read(length):
+    while data := _read(pipe, length):
         time_s = index / layout.fps
         if clock.takes(index, time_s):
             whole = len(data) == length
             rgb = np.frombuffer(data, np.uint8).reshape(height, width, 3) if whole else None
             yield VideoFrame(index, time_s, rgb)
         index += 1
+
+
+def _read(pipe: BinaryIO, length: int) -> bytes:
+    """So many bytes, or fewer at the end: an unbuffered pipe gives what there is at the moment."""
+    parts = [pipe.read(length)]
+    while parts[-1] and (left := length - sum(map(len, parts))):
+        parts.append(pipe.read(left))
+    return b"".join(parts)

@@ -232,6 +232,8 @@ def test_the_threshold_reaches_the_json(infer, photos):
         ["a.png", "--format", "gif"],
         ["a.png", "--threshold", "2"],
         ["a.png", "--threads", "0"],
+        ["a.png", "--margin", "0.3"],
+        ["a.png", "--bev", "--format", "json"],
         ["a.png", "--nonsense"],
     ],
 )

@@ -92,9 +92,11 @@ def test_what_a_folder_leaves_out_is_said(infer, photos):
     for name in ("e.dng", "f.gif", "g.GIF", "notes.txt"):
         (photos / name).write_bytes(b"?")
     (photos / "away.jpg").symlink_to("nowhere.jpg")
+    (photos / "h.mp4").write_bytes(b"?")
     result = infer(photos, "--format", "json")
     assert (result.exit_code, len(result.stdout.split())) == (0, 4)
     assert "passed over 2 .gif, 1 .dng, 1 link that leads nowhere" in result.stderr
+    assert "videos beside pictures are done only by name: 1" in result.stderr
     assert "Note" not in infer(photos, "--format", "json", "-q").stderr
 
 
@@ -154,6 +156,14 @@ def test_what_python_can_choose_the_command_can(option, infer, photos):
 def test_an_unknown_engine_is_a_problem_of_the_model(infer, photos):
     result = infer(photos / "a.png", "--engine", "other")
     assert (result.exit_code, "'other' is unknown" in result.stderr) == (3, True)
+
+
+def test_the_password_of_an_address_that_is_not_read_is_not_shown(infer, photos):
+    named = ["http://me:hunter22@10.0.0.7/a.jpg", "ftp://me:hunter22@10.0.0.7/a.mp4"]
+    result = infer(photos / "a.png", *named, "--format", "json")
+    assert (result.exit_code, len(result.stdout.split())) == (1, 1)
+    assert result.stderr.count("***@10.0.0.7/a.") == 2
+    assert "hunter22" not in result.stderr
 
 
 def test_a_folder_of_videos_gives_its_videos(infer, tmp_path, clip):

@@ -89,6 +89,16 @@ def test_a_provider_that_does_not_start_is_reported(tiny_path, monkeypatch):
         OnnxRuntimeEngine(tiny_path, providers=["CUDAExecutionProvider"])
 
 
+def test_threads_are_a_whole_number(tiny_path):
+    with pytest.raises(ModelError, match=r"threads is 1\.5"):
+        OnnxRuntimeEngine(tiny_path, threads=1.5)
+
+
+def test_a_session_option_that_cannot_be_is_refused(tiny_path):
+    with pytest.raises(ModelError, match="refuses the session option ''"):
+        OnnxRuntimeEngine(tiny_path, session_options={"": "1"})
+
+
 def test_threads_must_be_positive(tiny_path):
     with pytest.raises(ModelError, match="threads is 0"):
         OnnxRuntimeEngine(tiny_path, threads=0)

@@ -5,6 +5,7 @@ import os
 import shutil
 import sys
 from itertools import chain, repeat
+from threading import Timer
 
 import numpy as np
 import pytest
@@ -13,8 +14,8 @@ from videos import SIZE, index_of, indices_of, write_video
 from footprints_edge.errors import VideoError
 from footprints_edge.foundation import opencv as opencv_module
 from footprints_edge.video import capture
-from footprints_edge.video.capture import Pace, RawFormat, open_raw, open_video
-from footprints_edge.video.sources import is_video, without_password
+from footprints_edge.video.capture import Pace, RawFormat, open_raw, open_source, open_video
+from footprints_edge.video.sources import is_video
 
 cv2 = pytest.importorskip("cv2")
 
@@ -71,6 +72,9 @@ def test_a_file_that_ends_early_has_broken_frames_at_its_end(tmp_path):
         ("nowhere.mp4", "no such file"),
         ("camera:x", "camera's number"),
         ("camera:77", "no answer"),
+        (".", "a folder"),
+        (os.devnull, "not a file"),
+        ("http://me:hunter22@10.0.0.7/a.mjpg", r"http://\*\*\*@10.0.0.7/a.mjpg: addresses of"),
     ],
 )
 def test_an_input_that_cannot_be_opened_is_explained(named, says):
@@ -135,13 +139,6 @@ def test_names_that_opencv_cannot_take_are_opened(tmp_path, monkeypatch, clip):
         assert len(indices_of(open_video(name))) == 20
 
 
-def test_a_password_is_not_shown():
-    named = "rtsp://viewer:hun@ter22@127.0.0.1:9/live?token=abc&x=1"
-    assert without_password(named) == "rtsp://***@127.0.0.1:9/live?token=***&x=1"
-    assert without_password("rtsp://127.0.0.1/live") == "rtsp://127.0.0.1/live"
-    assert without_password("a@b.mp4") == "a@b.mp4"
-
-
 class FakeCamera:
     """A camera that gives its frames, with failures to grab between them."""
 
@@ -174,6 +171,27 @@ def test_a_gap_of_a_camera_is_one_broken_frame(monkeypatch):
             if len(seen) == 1:
                 assert frame.time_s == 0
     assert seen == [(0, True), (1, True), (2, True), (3, False), (4, True), (5, True)]
+
+
+def test_an_unbuffered_pipe_gives_whole_frames():
+    sent = np.random.default_rng(0).integers(0, 256, (3, 4, 6, 3), dtype=np.uint8)
+    receiving, sending = os.pipe()
+    with os.fdopen(receiving, "rb", buffering=0) as pipe:
+        frames = open_source(pipe, raw="6x4@25").frames
+        for frame in sent:
+            os.write(sending, frame.tobytes()[:30])
+            later = Timer(0.1, os.write, (sending, frame.tobytes()[30:]))
+            later.start()
+            np.testing.assert_array_equal(next(frames).rgb, frame)
+            later.join()
+        os.close(sending)
+        assert list(frames) == []
+
+
+@pytest.mark.parametrize(("source", "raw"), [(io.BytesIO(), None), ("a.mp4", "6x4"), ("-", None)])
+def test_a_pipe_and_nothing_else_has_a_layout(source, raw):
+    with pytest.raises(VideoError, match="needs the layout of its frames"):
+        open_source(source, raw=raw)
 
 
 def test_raw_frames_need_a_standard_input(monkeypatch):

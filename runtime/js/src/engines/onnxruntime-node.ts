@@ -1,5 +1,7 @@
 /** The engine of Node: onnxruntime-node, on the processor. */
 
+import { isMainThread } from "node:worker_threads";
+
 import type { InferenceSession } from "onnxruntime-node";
 
 import { ModelError } from "../errors.ts";
@@ -13,14 +15,20 @@ export interface NodeEngineOptions {
 /**
  * Loads the runtime and a model file.
  *
- * @throws ModelError If it cannot be loaded.
+ * @throws ModelError If it cannot be loaded, or its telemetry cannot be switched off here.
  */
 export async function openNodeEngine(
   file: Uint8Array,
   { threads }: NodeEngineOptions,
 ): Promise<Engine> {
   // onnxruntime reports to its maker unless this is set before it starts; 0 lets it. A worker thread sets
-  // only its own copy, which onnxruntime does not read: see docs/javascript.md.
+  // only its own copy, which onnxruntime does not read.
+  if (!isMainThread && process.env.ORT_DISABLE_TELEMETRY === undefined) {
+    throw new ModelError(
+      'a worker thread cannot switch off the telemetry of onnxruntime: set process.env.ORT_DISABLE_TELEMETRY = "1" ' +
+        "in the main thread, before it starts the worker",
+    );
+  }
   process.env.ORT_DISABLE_TELEMETRY ||= "1";
   const { env, InferenceSession, Tensor } = await import("onnxruntime-node");
   let session: InferenceSession;

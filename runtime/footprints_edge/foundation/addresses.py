@@ -1,0 +1,23 @@
+"""Addresses such as `rtsp://USER:PASSWORD@HOST/PATH`, which may be given where files are."""
+
+import re
+
+_BEGINNING = re.compile(r"(?i)^([a-z][a-z0-9+.-]+):/{1,2}")
+"""One slash is left where an address was taken for a path; one letter is a drive of Windows."""
+
+
+def is_address(named: str) -> bool:
+    """Whether a name begins as an address does."""
+    return _BEGINNING.match(named) is not None
+
+
+def without_password(named: str) -> str:
+    """The name as it may be printed: of an address without its user, password and keys."""
+    if (beginning := _BEGINNING.match(named)) is None:
+        return named
+    address = named[beginning.end() :]
+    user, at, place = address.rpartition("@")
+    shown = f"***@{place}" if at and user else address
+    return f"{beginning[1]}://" + re.sub(
+        r"(?i)([?&][^=&]*(?:pass|pwd|key|token)[^=&]*=)[^&]*", r"\1***", shown
+    )
