@@ -4,6 +4,7 @@ import importlib
 import json
 import multiprocessing
 import os
+import shutil
 import signal
 import time
 from collections import Counter
@@ -31,11 +32,12 @@ from footprints_edge_models.video_labels.job import LabelJob, hidden_share, make
 from footprints_edge_models.video_labels.labeller import LabelSettings
 
 
-@pytest.fixture
-def scripts(monkeypatch):
+@pytest.fixture(scope="module")
+def scripts():
     """The module of stand-ins, where worker processes find it too."""
-    monkeypatch.syspath_prepend(Path(__file__).parent)
-    return importlib.import_module("scripted_labels")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(Path(__file__).parent)
+        yield importlib.import_module("scripted_labels")
 
 
 def sequence_of(count):
@@ -64,13 +66,20 @@ def states(outcomes):
     return Counter(outcome.state for outcome in outcomes.values())
 
 
+@pytest.fixture(scope="module")
+def run_once(scripts, tmp_path_factory):
+    """The folder of a job that is done, and its outcomes."""
+    folder = tmp_path_factory.mktemp("finished")
+    return folder, run(job_of(folder / "labels", scripts.Scripted(folder / "log")))
+
+
 @pytest.fixture
-def finished(tmp_path, scripts):
-    """A job that is done, and the script that it ran."""
+def finished(tmp_path, scripts, run_once):
+    """A job that is done, and the script that it ran: a copy, for each test to spoil."""
+    folder, outcomes = run_once
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     script = scripts.Scripted(tmp_path / "log")
-    job = job_of(tmp_path / "labels", script)
-    outcomes = run(job)
-    return job, script, outcomes
+    return job_of(tmp_path / "labels", script), script, outcomes
 
 
 def test_every_frame_is_labelled_once_and_reads_back(finished, scripts):

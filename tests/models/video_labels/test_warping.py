@@ -18,6 +18,18 @@ def published(shared):
         return dict(given) | dict(e)
 
 
+def lands_inside(depth_m, camera, pose):
+    """Which of the points of a picture the other camera sees; not those on row or column 0."""
+    rows, columns = np.nonzero(depth_m)
+    z = depth_m[rows, columns]
+    x, y = (columns - camera.cx) / camera.fx * z, (rows - camera.cy) / camera.fy * z
+    x, y, z, _ = pose @ np.stack([x, y, z, np.ones_like(z)])
+    u, v = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
+    height, width = depth_m.shape
+    tiny = 1e-6  # what rounding makes of a point on row 0
+    return (z > 0) & (u > tiny) & (v > tiny) & (u < width) & (v < height)
+
+
 def published_warps(scene):
     """The paper's warps: seven of them, as a scatter in two threads leaves them.
 
@@ -36,13 +48,7 @@ def published_warps(scene):
     ground_m = np.where(scene["ground"] > 0.75, scene["depth"], 0).astype(np.float32)
     for depth_m, pose in zip(ground_m, scene["camera_to_target"], strict=True):
         plain.append(warp(depth_m, pose))
-        pixels = np.flatnonzero(depth_m)
-        lands = np.zeros(len(pixels), bool)
-        for place, pixel in enumerate(pixels):
-            alone = np.zeros_like(depth_m)
-            alone.flat[pixel] = depth_m.flat[pixel]
-            lands[place] = warp(alone, pose).any()
-        pixels = pixels[lands]
+        pixels = np.flatnonzero(depth_m)[lands_inside(depth_m, camera, pose)]
         first, second = np.zeros_like(depth_m), np.zeros_like(depth_m)
         half = -(-len(pixels) // 2)
         first.flat[pixels[:half]] = depth_m.flat[pixels[:half]]

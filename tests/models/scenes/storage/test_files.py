@@ -83,9 +83,9 @@ def test_what_is_read_is_what_was_true(folder, library, number):
 
 
 def test_any_number_of_processes_writes_the_same_bytes(folder, tmp_path):
-    fill(tmp_path / "two", 8, jobs=2)
-    names = scene_names(folder)
-    assert len(names) == 8
+    fill(tmp_path / "two", 4, jobs=2)
+    names = scene_names(tmp_path / "two")
+    assert names == scene_names(folder)[:4]
     for name in names:
         for part in (f"images/{name}.jpg", f"truth/{name}.npz"):
             assert (folder / part).read_bytes() == (tmp_path / "two" / part).read_bytes()
