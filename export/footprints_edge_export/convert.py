@@ -134,13 +134,14 @@ def to_int8(artifact: Artifact) -> Artifact:
     exported, job = artifact.exported, artifact.job
     graph = exported.graph.clone()
     correct_first_bias(graph, exported.normalisation)
+    held_out = _verification_images(artifact)  # first: that none can be read is said at once
     images = network_inputs(job.calibration, artifact.fp32)
     logger.info("calibrating on %d photos", len(images))
     graph = quantize(graph, exported.normalisation, images, job.conversion.target)
     join_uint8_image_quantized(graph, exported.normalisation)
     _apply_passes(graph, PassStage.INT8, job)
     model = _write(exported, graph, "int8")
-    difference = compare_models(artifact.fp32, model, _verification_images(artifact))
+    difference = compare_models(artifact.fp32, model, held_out)
     check_finite(difference)
     return replace(artifact, model=model, difference=difference, calibration_photos=len(images))
 

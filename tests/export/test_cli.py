@@ -1,6 +1,7 @@
 """`fp-export`: results on stdout, one line on stderr where it fails, and the exit codes."""
 
 import json
+import shutil
 import subprocess
 import sys
 
@@ -150,14 +151,19 @@ def test_convert_prints_the_file_it_wrote(main, edge_checkpoint, tmp_path):
 
 
 def test_convert_to_int8_says_what_it_cost(main, edge_checkpoint, photos, tmp_path):
+    """And counts the photos that it could read only."""
+    shutil.copytree(photos, tmp_path / "photos")
+    (tmp_path / "photos" / "0.png").write_text("not a picture")
     code, out, err = main(
         *("convert", edge_checkpoint, "-o", tmp_path / "a.onnx", "--arch", "edge"),
-        *("--size", "64x96", "--precision", "int8", "--calibration", photos),
+        *("--size", "64x96", "--precision", "int8", "--calibration", tmp_path / "photos"),
         *("--target", "x86-avx2"),
     )
     assert (code, out) == (0, f"{tmp_path / 'a.onnx'}\n")
     assert "visible_ground_iou" in err
-    assert json.loads((tmp_path / "a.onnx.json").read_text())["target"] == "x86-avx2"
+    report = json.loads((tmp_path / "a.onnx.json").read_text())
+    assert report["target"] == "x86-avx2"
+    assert report["calibration_photos"] + report["fp32_to_int8"]["photos"] == 9
 
 
 @pytest.mark.parametrize("size", ["256", "256x", "axb", "64x96x3", "100x128", "0x64"])

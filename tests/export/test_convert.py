@@ -387,14 +387,6 @@ def int8_of(folder, conversion):
     return conversion(size=(64, 96), precision="int8", calibration=(folder,))
 
 
-def test_photos_that_cannot_be_read_are_not_counted(edge_checkpoint, conversion, tmp_path):
-    folder = few_photos(tmp_path / "photos", 9)
-    (folder / "0.png").write_text("not a picture")
-    wanted = int8_of(folder, conversion)
-    report = convert(edge_checkpoint, tmp_path / "a.onnx", wanted, overwrite=False)
-    assert report.calibration_photos + report.fp32_to_int8["photos"] == 8
-
-
 def test_photos_of_which_none_can_be_read_are_too_few(edge_checkpoint, conversion, tmp_path):
     folder = tmp_path / "photos"
     folder.mkdir()

@@ -101,7 +101,6 @@ def partial(once, checkpoints, conversion, photos):
     ("architecture", "outputs", "scale"),
     [
         ("edge", "masks", 1),
-        ("edge", "depths", 1),
         ("reference", "depths", 4),
     ],
 )
@@ -149,7 +148,7 @@ def test_a_file_without_depths_gives_masks_and_says_what_it_lacks(partial, tmp_p
 
 
 def test_a_file_without_masks_gives_depths(partial, tmp_path):
-    path, _ = partial("edge", "fp32", "depths")
+    path, _ = partial("reference", "fp32", "depths", 4)
     prediction = load(path, threads=1).predict(np.zeros((*SIZE, 3), np.uint8))
     assert prediction.at_size((50, 60)).visible_depth_m.shape == (50, 60)
     for name in ("ground", "visible_ground", "hidden_ground", "ground_depth_m"):

@@ -4,9 +4,12 @@ import importlib.util
 import json
 from dataclasses import asdict
 
+import onnx
 import pytest
+from onnx import TensorProto, helper
 from PIL import Image
 
+from footprints_edge.model_files.metadata import OUTPUTS
 from footprints_edge_bench.engines.backend import (
     BackendSetting,
 )
@@ -58,6 +61,29 @@ def row_of(report, name):
     return next(row for row in report.rows if row.name == name)
 
 
+@pytest.fixture
+def parts_of_the_whole(files, monkeypatch):
+    """Parts are converted from the whole files: their channels, without torch's exporter."""
+
+    def convert(checkpoint, output, conversion, *, overwrite):
+        assert (conversion.scale, checkpoint.is_file(), overwrite) == (1, True, False)
+        channels = list(OUTPUTS[conversion.outputs])
+        model = onnx.load(files.onnx(conversion.architecture, SIZE, conversion.precision))
+        (last,) = (node for node in model.graph.node if "maps" in node.output)
+        last.output[:] = ["all_maps"]
+        indices = helper.make_tensor("channels", TensorProto.INT64, [len(channels)], channels)
+        model.graph.initializer.append(indices)
+        gather = helper.make_node("Gather", ["all_maps", "channels"], ["maps"], axis=1)
+        model.graph.node.append(gather)
+        model.graph.output[0].type.tensor_type.shape.dim[1].dim_value = len(channels)
+        props = {prop.key: prop.value for prop in model.metadata_props}
+        helper.set_model_props(model, props | {"footprints.outputs": conversion.outputs})
+        onnx.save(model, output)
+
+    monkeypatch.setattr("footprints_edge_export.convert.convert", convert)
+
+
+@pytest.mark.usefixtures("parts_of_the_whole")
 def test_a_part_is_compared_with_float32_of_the_same_part(files):
     rows = select_backends(["onnxruntime int8-depths"], sizes=[SIZE])
     assert [row.network for row in rows] == ["edge", "reference"]

@@ -151,7 +151,7 @@ def test_a_run_from_the_kit_alone(kit, tmp_path):
     done = subprocess.run(
         [
             *(sys.executable, str(folder / "run.py"), "--out", str(out)),
-            *("--minutes", "0.03", "--toy", "--device", "cpu", "--processes", "1"),
+            *("--minutes", "0.1", "--toy", "--device", "cpu", "--processes", "1"),
         ],
         capture_output=True,
         text=True,
