@@ -20,7 +20,9 @@ def video_command(
     ] = None,
     length: Annotated[
         int,
-        typer.Option(min=400, help="Number of frames; the video is repeated to reach it."),
+        typer.Option(
+            min=400, help="Number of frames for each row; the video is repeated to reach it."
+        ),
     ] = 2000,
 ) -> None:
     """Measure throughput and memory of fp-infer on a video.

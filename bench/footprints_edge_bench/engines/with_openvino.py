@@ -91,9 +91,7 @@ def _quantized(backend: Backend, setting: BackendSetting) -> Path:
         model.reshape([1, *backend.size, 3])
         images = setting.cache.calibration_images(backend.size)
         with contextlib.redirect_stdout(io.StringIO()):  # NNCF draws progress bars there
-            quantized = nncf.quantize(
-                model, nncf.EvaluationDataset(images), subset_size=len(images)
-            )
+            quantized = nncf.quantize(model, nncf.Dataset(images), subset_size=len(images))
         openvino.save_model(quantized, folder / "model.xml", compress_to_fp16=False)
 
     made = setting.cache.kept(

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from itertools import cycle, islice
 from pathlib import Path
+from statistics import median
 from time import perf_counter
 
 from footprints_edge.foundation.types import Rgb
@@ -18,15 +19,19 @@ from footprints_edge.model import Model, load
 from footprints_edge.prediction import Prediction
 from footprints_edge.video.capture import Pace, open_video
 from footprints_edge.video.file import VideoFile
-from footprints_edge.video.pipeline import VideoStats, run_pipeline
+from footprints_edge.video.pipeline import run_pipeline
 from footprints_edge.video.sinks import open_sinks, video_paths
 from footprints_edge.video.smoothing import Tracker
 from footprints_edge_bench.foundation.markdown import markdown_table
 
-SETTLED_FRAMES = 200
-"""Memory is compared with its value after this number of frames."""
+ROUNDS = 4
+"""Each kind runs this many times, in turns: other work on the machine hits all kinds alike."""
 
 _SAMPLE_FRAMES = 50
+
+INFERENCE, AT_ONCE = "Inference alone, frame by frame", "Inference alone, frames in parallel"
+PLAIN = "fp-infer VIDEO"
+SMOOTHED, PANEL, LINES = f"{PLAIN} --smooth", f"{PLAIN} --panel", f"{PLAIN} --format overlay,json"
 
 
 @dataclass(frozen=True)
@@ -34,57 +39,48 @@ class VideoSpeed:
     """Measurements of one video.
 
     Attributes:
-        frames: number of frames that were processed.
+        frames: number of frames that each kind of pipeline processed.
         size: (H, W) of the frames.
-        inference_fps: frames per second of `Model.predict` on decoded frames, one after the other
-            on all threads, with nothing else running and without `flatten`.
-        inference_at_once_fps: the same with as many frames at once as there are threads, on one
-            thread each.
-        pipeline_fps: frames per second of `fp-infer VIDEO`: decoding, inference, overlay video and
-            JSON lines.
-        smoothed_fps: the same with --smooth.
-        panel_fps: the same with --panel.
-        early_mb: resident memory after 200 frames of the pipeline, MB.
-        late_mb: resident memory at the end, MB.
+        fps: frames per second of each kind, in each of its rounds. Inference is `Model.predict` on
+            decoded frames without `flatten`, with nothing else running: one frame after the other
+            on all threads, or as many at once as there are threads, on one thread each. The
+            pipelines decode, predict, draw and encode as the command does.
+        early_mb: resident memory after the first round of the plain pipeline, MB.
+        late_mb: resident memory after its last round, MB.
     """
 
     frames: int
     size: tuple[int, int]
-    inference_fps: float
-    inference_at_once_fps: float
-    pipeline_fps: float
-    smoothed_fps: float
-    panel_fps: float
+    fps: dict[str, tuple[float, ...]]
     early_mb: float
     late_mb: float
 
-    @property
-    def share(self) -> float:
-        """Throughput of the pipeline as a share of frame-by-frame inference."""
-        return self.pipeline_fps / self.inference_fps
-
-    def _against_plain(self, fps: float) -> str:
-        return f"{fps:.1f} ({fps / self.pipeline_fps - 1:+.0%})"
+    def share(self, kind: str, of: str) -> float:
+        """Throughput of one kind as a share of another's: the median over the rounds."""
+        pairs = zip(self.fps[kind], self.fps[of], strict=True)
+        return median(fps / other for fps, other in pairs)
 
     def as_json(self) -> str:
         """All values."""
-        return json.dumps({**asdict(self), "share": self.share}, indent=1) + "\n"
+        return json.dumps(asdict(self), indent=1) + "\n"
 
     def as_markdown(self) -> str:
         """A table and the memory."""
         height, width = self.size
         rows = [
-            ["Inference alone, frame by frame", f"{self.inference_fps:.1f}"],
-            ["Inference alone, frames in parallel", f"{self.inference_at_once_fps:.1f}"],
-            ["fp-infer VIDEO", f"{self.pipeline_fps:.1f} ({self.share:.0%})"],
-            ["fp-infer VIDEO --smooth", self._against_plain(self.smoothed_fps)],
-            ["fp-infer VIDEO --panel", self._against_plain(self.panel_fps)],
+            [
+                kind,
+                f"{median(fps):.1f}",
+                *(f"{self.share(kind, of):.2f}" for of in (INFERENCE, AT_ONCE, PLAIN)),
+            ]
+            for kind, fps in self.fps.items()
         ]
+        columns = ["", "frames per second", *("/ frame by frame", "/ in parallel", f"/ {PLAIN}")]
         return (
             f"## Video: {self.frames} frames of {width} x {height}\n\n"
-            f"{markdown_table(['', 'frames per second'], rows)}\n\n"
-            f"Memory: {self.early_mb:.0f} MB after {SETTLED_FRAMES} frames, {self.late_mb:.0f} MB "
-            "at the end.\n"
+            f"{markdown_table(columns, rows)}\n\n"
+            f"Medians of {ROUNDS} rounds in turns. Memory: {self.early_mb:.0f} MB after "
+            f"{self.frames // ROUNDS} frames, {self.late_mb:.0f} MB at the end.\n"
         )
 
 
@@ -95,46 +91,43 @@ def measure_video(video: Path, model: str | None, threads: int, frames: int) -> 
         video: a video file.
         model: a model file or a registered name; None for the bundled model.
         threads: number of threads; `fp-infer` predicts as many frames at once, on one thread each.
-        frames: number of frames; at least 200.
+        frames: number of frames for each kind of pipeline, over all rounds.
     """
     sample = [
         frame.rgb
         for frame in islice(open_video(str(video)).frames, _SAMPLE_FRAMES)
         if frame.rgb is not None
     ]
-    inference_fps = _inference_fps(load(model, threads=threads), sample, at_once=1)
-    one_thread = load(model, threads=1)
-    at_once_fps = _inference_fps(one_thread, sample, at_once=threads)
+    all_threads, one_thread = load(model, threads=threads), load(model, threads=1)
+    memory_mb: list[float] = []
     with tempfile.TemporaryDirectory() as folder:
         repeated = Path(folder) / "long.mp4"
-        _repeat(video, repeated, frames)
-        memory_mb: list[float] = []
+        _repeat(video, repeated, frames // ROUNDS)
 
-        def note_memory(stats: VideoStats) -> None:
-            if stats.frames % SETTLED_FRAMES == 0:
-                memory_mb.append(_resident_mb())
+        def pipeline(
+            *formats: str, then: Callable[[Prediction], Prediction] | None = None, bev: bool = False
+        ) -> float:
+            with tempfile.TemporaryDirectory(dir=folder) as out:
+                return _process(repeated, Path(out), one_thread, threads, formats, then, bev=bev)
 
-        def run(
-            name: str,
-            then: Callable[[Prediction], Prediction] | None = None,
-            progress: Callable[[VideoStats], None] = lambda _: None,
-            *,
-            bev: bool = False,
-        ) -> VideoStats:
-            out = Path(folder) / name
-            return _process(repeated, out, one_thread, threads, then, progress, bev=bev)
-
-        plain = run("plain", progress=note_memory)
-        smoothed = run("smoothed", Tracker().update)
-        panel = run("panel", bev=True)
+        kinds: dict[str, Callable[[], float]] = {
+            INFERENCE: lambda: _inference_fps(all_threads, sample, at_once=1),
+            AT_ONCE: lambda: _inference_fps(one_thread, sample, at_once=threads),
+            PLAIN: lambda: pipeline("overlay"),
+            SMOOTHED: lambda: pipeline("overlay", then=Tracker().update),
+            PANEL: lambda: pipeline("overlay", bev=True),
+            LINES: lambda: pipeline("overlay", "json"),
+        }
+        fps: dict[str, list[float]] = {kind: [] for kind in kinds}
+        for _ in range(ROUNDS):
+            for kind, measure in kinds.items():
+                fps[kind].append(measure())
+                if kind == PLAIN:
+                    memory_mb.append(_resident_mb())
     return VideoSpeed(
-        frames=plain.frames,
+        frames=frames // ROUNDS * ROUNDS,
         size=(sample[0].shape[0], sample[0].shape[1]),
-        inference_fps=inference_fps,
-        inference_at_once_fps=at_once_fps,
-        pipeline_fps=plain.fps,
-        smoothed_fps=smoothed.fps,
-        panel_fps=panel.fps,
+        fps={kind: tuple(values) for kind, values in fps.items()},
         early_mb=memory_mb[0],
         late_mb=memory_mb[-1],
     )
@@ -145,22 +138,21 @@ def _process(
     out: Path,
     model: Model,
     at_once: int,
+    formats: Sequence[str],
     then: Callable[[Prediction], Prediction] | None,
-    progress: Callable[[VideoStats], None],
     *,
     bev: bool,
-) -> VideoStats:
-    """Runs the pipeline of `fp-infer VIDEO`."""
+) -> float:
+    """Frames per second of the pipeline of `fp-infer VIDEO`, its start and end included."""
     opened = open_video(str(video))
-    paths = video_paths(out, video.name, ["overlay", "json"])
-    return run_pipeline(
+    stats = run_pipeline(
         opened,
         lambda frame: model.predict(frame.image),
-        open_sinks(paths, opened.fps, bev=bev),
-        progress,
+        open_sinks(video_paths(out, video.name, formats), opened.fps, bev=bev),
         at_once=at_once,
         then=then,
     )
+    return stats.fps
 
 
 def _repeat(video: Path, out: Path, frames: int) -> None:
@@ -182,12 +174,11 @@ def _inference_fps(model: Model, sample: Sequence[Rgb], at_once: int) -> float:
     def predict(rgb: Rgb) -> Prediction:
         return model.predict(DecodedImage(rgb), flatten=False)
 
-    rounds = 4
     with ThreadPoolExecutor(at_once) as pool:
         deque(pool.map(predict, sample[:5]), maxlen=0)
         start_s = perf_counter()
-        deque(pool.map(predict, [*sample] * rounds), maxlen=0)
-        return rounds * len(sample) / (perf_counter() - start_s)
+        deque(pool.map(predict, sample), maxlen=0)
+        return len(sample) / (perf_counter() - start_s)
 
 
 def _resident_mb() -> float:

@@ -1,6 +1,7 @@
 """A torch network to a float32 ONNX graph."""
 
 import contextlib
+import copy
 import io
 import logging
 import warnings
@@ -24,6 +25,13 @@ class _WithMaps(nn.Module):
 
     def forward(self, image: torch.Tensor) -> torch.Tensor:
         return raw_to_maps(self.network(image))
+
+
+class _Clamp6(nn.Module):
+    """What ReLU6 does, as one of the operators that torch's exporter takes as they are."""
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        return torch.clamp(x, 0.0, 6.0)
 
 
 def to_graph(
@@ -55,7 +63,7 @@ def to_graph(
         ):
             warnings.simplefilter("ignore")
             program = torch.onnx.export(
-                (network if gives_maps else _WithMaps(network)).eval(),
+                _without_relu6(network if gives_maps else _WithMaps(network)).eval(),
                 (example,),
                 dynamo=True,
                 opset_version=OPSET,
@@ -73,3 +81,13 @@ def to_graph(
     for value in (*model.graph.inputs, *model.graph.outputs):
         value.metadata_props.clear()
     return model
+
+
+def _without_relu6(network: nn.Module) -> nn.Module:
+    """A copy that computes the same: taking ReLU6 apart would be a fifth of an export's time."""
+    network = copy.deepcopy(network)
+    for parent in list(network.modules()):
+        for name, child in parent.named_children():
+            if isinstance(child, nn.ReLU6):
+                setattr(parent, name, _Clamp6())
+    return network

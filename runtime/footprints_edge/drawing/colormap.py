@@ -53,9 +53,11 @@ def colours_of(depth_m: Floats) -> Rgb:
 def scale_position(depth_m: Floats) -> NDArray[np.intp]:
     """The index of each distance in `colour_scale`."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        fraction = np.log(depth_m / NEAREST_M) / np.log(FARTHEST_M / NEAREST_M)
-    fraction = np.nan_to_num(fraction, nan=1.0)
-    position: NDArray[np.intp] = np.rint(np.clip(fraction, 0, 1) * (_STEPS - 1)).astype(np.intp)
+        fraction = np.asarray(np.log(depth_m / NEAREST_M) / np.log(FARTHEST_M / NEAREST_M))
+    np.fmin(fraction, 1, out=fraction)  # of NaN and 1 it is 1
+    np.maximum(fraction, 0, out=fraction)
+    fraction *= _STEPS - 1
+    position: NDArray[np.intp] = np.rint(fraction, out=fraction).astype(np.intp)
     return position
 
 

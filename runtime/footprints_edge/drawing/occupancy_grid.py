@@ -109,12 +109,12 @@ def draw_bev(prediction: GroundMaps, height_px: int) -> Image.Image:
 
 
 def bev_layers(height_px: int) -> NDArray[np.uint32]:
-    """What `paint_bev` needs: uint32 (4, H, W), four bytes R, G, B, 0 of each pixel.
+    """What `paint_bev` needs: uint32 (4, H, W), four bytes R, G, B, 255 of each pixel.
 
     A layer is `draw_bev` of a grid whose cells all have one value, 0 to 3.
     """
     rows = round(BEV_RANGE_M / _BEV_CELL_M)
-    layers = np.zeros((4, height_px, height_px, 4), np.uint8)
+    layers = np.full((4, height_px, height_px, 4), 255, np.uint8)
     for value in range(len(layers)):
         cells = np.full((rows, 2 * rows), value, np.uint8)
         picture = draw_occupancy_grid(cells, _BEV_CELL_M, height_px, square=True)
@@ -123,16 +123,20 @@ def bev_layers(height_px: int) -> NDArray[np.uint32]:
 
 
 def paint_bev(prediction: GroundMaps, layers: NDArray[np.uint32]) -> NDArray[np.uint8]:
-    """The same as `draw_bev`, uint8 (H, W, 3), in a millisecond: for many frames of one size."""
+    """The same as `draw_bev`, in a millisecond: for many frames of one size.
+
+    Returns:
+        uint8 (H, W, 4): R, G, B, and 255, as that is how the layers are.
+    """
     height_px = layers.shape[1]
     try:
         cells = make_occupancy_grid(prediction, _BEV_CELL_M, BEV_RANGE_M).cells
     except GroundPlaneError:
-        return np.asarray(draw_bev(prediction, height_px))
+        return np.asarray(draw_bev(prediction, height_px).convert("RGBA"))
     values = _enlarged(_square(cells), height_px, height_px)
     offsets = np.arange(height_px * height_px, dtype=np.intp)
     offsets += values.ravel().astype(np.intp) * (height_px * height_px)
-    return layers.take(offsets).view(np.uint8).reshape(height_px, height_px, 4)[..., :3]
+    return layers.take(offsets).view(np.uint8).reshape(height_px, height_px, 4)
 
 
 def _square(cells: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -1,6 +1,6 @@
 """The overlay: ground tinted by distance, hidden ground hatched, a legend below."""
 
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,13 +76,8 @@ def _drawn(prediction: GroundMaps, *, bev: bool) -> Rgb:
     height, width = size = _canvas_size(prediction.image_size)
     _require_depths(prediction)
     shown = prediction.shows_ground
-    legend = np.asarray(
-        draw_legend(
-            max(width, LEGEND_PX),
-            height,
-            note=picture_note(prediction.intrinsics.source, shows_ground=shown),
-        )
-    )
+    note = picture_note(prediction.intrinsics.source, shows_ground=shown)
+    legend = _legend(max(width, LEGEND_PX), height, note)
     rows, columns = height + legend.shape[0], legend.shape[1]
     canvas = np.empty((rows, columns + rows * bev, 3), np.uint8)
     canvas[:height, :columns] = PAPER
@@ -98,6 +93,12 @@ def _drawn(prediction: GroundMaps, *, bev: bool) -> Rgb:
 
         canvas[:, columns:] = np.asarray(draw_bev(prediction, rows))
     return canvas
+
+
+@lru_cache(maxsize=4)
+def _legend(width: int, height: int, note: str) -> Rgb:
+    """The pixels of `draw_legend`, which the pictures of a folder share."""
+    return np.asarray(draw_legend(width, height, note))
 
 
 def _require_depths(prediction: GroundMaps) -> Floats:

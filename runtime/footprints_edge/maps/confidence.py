@@ -173,12 +173,16 @@ def metres_inputs(
         "steepness": -float(plane.up[2]),
     }
     if {"agreement", "evenness"} & set(wanted):
-        found |= _agreement(plane, visible_depth_m, visible_ground, intrinsics)
+        found |= _agreement(plane, visible_depth_m, visible_ground, intrinsics, wanted)
     return {name: found[name] for name in wanted}
 
 
 def _agreement(
-    plane: GroundPlane, visible_depth_m: Floats, visible_ground: Mask, intrinsics: Intrinsics
+    plane: GroundPlane,
+    visible_depth_m: Floats,
+    visible_ground: Mask,
+    intrinsics: Intrinsics,
+    wanted: Sequence[str],
 ) -> dict[str, float]:
     height, width = visible_ground.shape
     inverse_m = plane.inverse_depth(intrinsics, (height, width))
@@ -188,5 +192,6 @@ def _agreement(
         ratio = np.log(visible_depth_m[seen] * inverse_m[seen])
         middle = float(np.median(ratio))
         agreement = max(-1.0, -abs(middle))
-        evenness = max(-1.0, -float(np.median(np.abs(ratio - middle))))
+        if "evenness" in wanted:
+            evenness = max(-1.0, -float(np.median(np.abs(ratio - middle))))
     return {"agreement": agreement, "evenness": evenness}

@@ -69,21 +69,19 @@ class Obstacles:
     in_view: Mask
     raised: Mask
 
-    def covers(self, places_m: NDArray[np.floating], cell_m: float) -> Mask:
+    def covers(self, places_m: NDArray[np.floating], bins: NDArray[np.intp], cell_m: float) -> Mask:
         """Whether places are occupied.
 
         Args:
             places_m: (rows, columns, 2): x forward and y left, metres: the centres of square cells.
+            bins: `bins_of` them.
             cell_m: Side of a cell, metres.
 
         Returns:
             bool (rows, columns). A cell is occupied if its centre lies in an occupied bin, or the
             centre of an occupied bin in it: near the camera bins are smaller than cells.
         """
-        bearing, place = _bins(np.arctan2(places_m[..., 1], places_m[..., 0]), _length(places_m))
-        inside = (place >= 0) & (place < _RANGES) & (bearing >= 0) & (bearing < _BEARINGS)
-        found = np.zeros(inside.shape, bool)
-        found[inside] = self.occupied[bearing[inside], place[inside]]
+        found = np.append(self.occupied, False).take(bins)
         angles, ranges_m = _centres()
         bearing, place = np.nonzero(self.occupied)
         angle, range_m = angles[bearing], ranges_m[place]
@@ -114,6 +112,20 @@ class Obstacles:
         range_m = np.where(hit, _centres()[1][occupied.argmax(axis=1)], np.inf)
         range_m[~visible] = np.nan
         return range_m.astype(np.float32)
+
+
+def bins_of(places_m: NDArray[np.floating]) -> NDArray[np.intp]:
+    """The bin of each place, for `Obstacles.covers`: the same for every picture.
+
+    Args:
+        places_m: (..., 2): x forward and y left, metres.
+
+    Returns:
+        (...,): index into the bins, row by row; the one after the last outside them.
+    """
+    bearing, place = _bins(np.arctan2(places_m[..., 1], places_m[..., 0]), _length(places_m))
+    inside = (place >= 0) & (place < _RANGES) & (bearing >= 0) & (bearing < _BEARINGS)
+    return np.where(inside, bearing * _RANGES + place, _BEARINGS * _RANGES)
 
 
 def find_obstacles(prediction: GroundMaps, robot_height_m: float | None = None) -> Obstacles:
@@ -173,7 +185,9 @@ def _found(prediction: GroundMaps, robot_height_m: float) -> Obstacles:
     of_bin = {"minlength": _BEARINGS * _RANGES}
     count, surface_m = np.bincount(index, **of_bin), np.bincount(index, seen_m, **of_bin)
     hit = np.flatnonzero(count)
-    enough = (_window(count, hit) >= _LEAST_PX) & (_window(surface_m, hit) >= _LEAST_SEEN_M)
+    first = np.searchsorted(hit, np.maximum(hit + 1 - _WINDOW, hit - hit % _RANGES))
+    enough = _from(first, count[hit]) >= _LEAST_PX
+    enough &= _from(first, surface_m[hit]) >= _LEAST_SEEN_M
     occupied = np.zeros(_BEARINGS * _RANGES, bool)
     occupied[hit[enough]] = True
     in_view = _bearings_in_view(axes, across, along)
@@ -238,13 +252,11 @@ def _centres() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return angle, _NEAREST_M * np.exp((np.arange(_RANGES) + 0.5) * _RANGE_STEP)
 
 
-def _window(values: NDArray[np.number], bins: NDArray[np.intp]) -> NDArray[np.number]:
-    """Sums over some bins and those before them, of all bins (bearings * ranges,)."""
-    sums = np.empty(len(values) + 1, np.float64)
-    sums[0] = 0
+def _from(first: NDArray[np.intp], values: NDArray[np.number]) -> NDArray[np.float64]:
+    """Sums of the values (n,) from `first` (n,) to each place, both included."""
+    sums = np.zeros(len(values) + 1)
     np.cumsum(values, out=sums[1:])
-    first = np.maximum(bins + 1 - _WINDOW, bins - bins % _RANGES)
-    windows: NDArray[np.number] = sums[bins + 1] - sums[first]
+    windows: NDArray[np.float64] = sums[1:] - sums[first]
     return windows
 
 

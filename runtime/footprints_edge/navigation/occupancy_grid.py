@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal, TypeAlias
 from weakref import WeakKeyDictionary
@@ -19,7 +20,7 @@ from footprints_edge.foundation.types import Floats, Mask
 from footprints_edge.geometry.camera import backproject
 from footprints_edge.geometry.ground_plane import GroundPlane
 from footprints_edge.maps.ground_maps import GroundMaps
-from footprints_edge.navigation.obstacles import Obstacles, find_obstacles
+from footprints_edge.navigation.obstacles import Obstacles, bins_of, find_obstacles
 
 UNKNOWN, OCCUPIED, VISIBLE, HIDDEN = 0, 1, 2, 3
 """Cell values: unknown, obstacle, visible ground, hidden ground."""
@@ -228,14 +229,14 @@ def grid_with(
     plane, rows = prediction.ground_plane(), _rows(cell_m, range_m)
     cells = np.empty((rows, 2 * rows), np.uint8)
     for band in _bands(rows):
-        places_m = _centres_m(rows, 2 * rows, cell_m, band)
-        found, row, column, seen = _ground_cells(prediction, plane, places_m, range_m)
+        centres = _centres(rows, cell_m, band.start, band.stop)
+        found, row, column, seen = _ground_cells(prediction, plane, centres, range_m)
         values = found[seen]
         raised = obstacles.raised[row, column]
         values[raised] = UNKNOWN  # a table top called ground: what is beneath it is not seen
         found[seen] = values
-        within = np.hypot(places_m[..., 0], places_m[..., 1]) <= range_m
-        found[obstacles.covers(places_m, cell_m) & within] = OCCUPIED
+        covered = obstacles.covers(centres.places_m, centres.bins, cell_m)
+        found[covered & (centres.range_m <= range_m)] = OCCUPIED
         cells[band] = found
     return OccupancyGrid(cells, cell_m, plane)
 
@@ -252,9 +253,9 @@ def make_walkable_grid(
     cells = np.empty((rows, 2 * rows), np.uint8)
     in_view = np.empty(cells.shape, bool)
     for band in _bands(rows):
-        places_m = _centres_m(rows, 2 * rows, cell_m, band)
-        found, row, column, seen = _ground_cells(prediction, plane, places_m, range_m)
-        behind_m = np.hypot(*places_m[seen].T) - surface_m[row, column]
+        centres = _centres(rows, cell_m, band.start, band.stop)
+        found, row, column, seen = _ground_cells(prediction, plane, centres, range_m)
+        behind_m = centres.range_m[seen] - surface_m[row, column]
         values = found[seen]
         values[(values == UNKNOWN) & (behind_m <= _OBSTACLE_DEPTH_M)] = OCCUPIED
         found[seen] = values
@@ -288,26 +289,26 @@ def _bands(rows: int) -> Iterator[slice]:
 
 
 def _ground_cells(
-    prediction: GroundMaps, plane: GroundPlane, places_m: NDArray[np.float64], range_m: float
+    prediction: GroundMaps, plane: GroundPlane, centres: "_Centres", range_m: float
 ) -> tuple[NDArray[np.uint8], NDArray[np.intp], NDArray[np.intp], Mask]:
     """Looks up the ground below the centre of every cell.
 
     Args:
         prediction: Maps of all four kinds.
         plane: Their ground plane.
-        places_m: (rows, columns, 2): x and y of the cells' centres.
+        centres: The cells' centres, (rows, columns).
         range_m: Cells farther from the camera are not looked up.
 
     Returns:
         uint8 (rows, columns): `VISIBLE`, `HIDDEN` or `UNKNOWN`; row and column in the maps of the
         cells in view; and bool (rows, columns), the cells in view.
     """
-    pixels = plane.to_pixels(places_m, prediction.intrinsics)
+    pixels = plane.to_pixels(centres.places_m, prediction.intrinsics)
     x, y = np.moveaxis(pixels, -1, 0)
     height, width = prediction.map_size
     with np.errstate(invalid="ignore"):
         seen = (x >= -0.5) & (x < width - 0.5) & (y >= -0.5) & (y < height - 0.5)
-    seen &= np.hypot(places_m[..., 0], places_m[..., 1]) <= range_m
+    seen &= centres.range_m <= range_m
     row, column = np.floor(y[seen] + 0.5).astype(int), np.floor(x[seen] + 0.5).astype(int)
     values = np.full(len(row), UNKNOWN, np.uint8)
     values[prediction.ground[row, column]] = VISIBLE
@@ -315,6 +316,29 @@ def _ground_cells(
     cells = np.full(seen.shape, UNKNOWN, np.uint8)
     cells[seen] = values
     return cells, row, column, seen
+
+
+@dataclass(frozen=True, eq=False)
+class _Centres:
+    """The centres of some rows of cells, (rows, columns): the same for all pictures.
+
+    Attributes:
+        places_m: float64 (rows, columns, 2): x and y.
+        range_m: float64 (rows, columns): from the point below the camera.
+        bins: For `Obstacles.covers`.
+    """
+
+    places_m: NDArray[np.float64]
+    range_m: NDArray[np.float64]
+    bins: NDArray[np.intp]
+
+
+@lru_cache(maxsize=2)
+def _centres(rows: int, cell_m: float, top: int, bottom: int) -> _Centres:
+    """Of the rows from `top` to `bottom` of a grid; the frames of a video share them."""
+    places_m = _centres_m(rows, 2 * rows, cell_m, slice(top, bottom))
+    range_m = np.hypot(places_m[..., 0], places_m[..., 1])
+    return _Centres(places_m, range_m, bins_of(places_m))
 
 
 def _centres_m(

@@ -30,7 +30,7 @@ def summarise(prediction: GroundMaps) -> dict[str, Any]:
     obstacle_m, bearing_deg = _nearest_obstacle(prediction)
     depth_m: Floats = np.empty(0, np.float32)
     if has_masks and prediction.has("unmasked_ground_depth_m"):
-        depth_m = prediction.ground_depth_m[prediction.ground]
+        depth_m = prediction.unmasked_ground_depth_m[prediction.ground]
     pose = prediction.pose
     known = {
         "camera_height_m": pose.height_m,

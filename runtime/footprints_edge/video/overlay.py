@@ -55,11 +55,11 @@ class VideoOverlay:
         size = prediction.image_size
         if size != self._size:
             self._prepare(size, prediction.intrinsics.source)
-        shown = prediction.shows_ground
         photo = cv2.cvtColor(prediction.rgb, cv2.COLOR_RGB2BGR)
         at_size = {"dsize": size[::-1], "interpolation": cv2.INTER_LINEAR}
+        least = prediction.threshold if prediction.shows_ground else np.inf
         visible, ground = (
-            ((cv2.resize(probability, **at_size) > prediction.threshold) & shown).astype(np.uint8)
+            cv2.compare(cv2.resize(probability, **at_size), least, cv2.CMP_GT)
             for probability in (
                 prediction.visible_ground_probability,
                 prediction.ground_probability,
@@ -69,12 +69,12 @@ class VideoOverlay:
         position = scale_position(prediction.unmasked_ground_depth_m).astype(np.uint8)
         tint = cv2.applyColorMap(cv2.resize(position, **at_size), self._colours)
         grey = cv2.cvtColor(cv2.cvtColor(photo, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
-        hidden = ground & ~visible & 1
+        hidden = ground & ~visible
         drawn = photo.copy()
         for part, over in (
             (visible, cv2.addWeighted(grey, 1 - TINT, tint, TINT, 0)),
             (hidden & self._stripes, cv2.addWeighted(photo, 1 - _STRIPE, tint, _STRIPE, 0)),
-            (hidden & ~self._stripes & 1, cv2.convertScaleAbs(photo, alpha=_SHADE)),
+            (hidden & ~self._stripes, cv2.convertScaleAbs(photo, alpha=_SHADE)),
         ):
             cv2.copyTo(over, part, drawn)
         thickness = max(1, round(max(size) / 600))
@@ -88,9 +88,8 @@ class VideoOverlay:
         self._size = size
         pen_px = max(1.0, max(size) / 700)
         along_row = np.sqrt(2) * pen_px
-        self._stripes = diagonal_stripes(
-            size, HATCH_PERIOD * along_row, HATCH_STRIPE * along_row
-        ).astype(np.uint8)
+        stripes = diagonal_stripes(size, HATCH_PERIOD * along_row, HATCH_STRIPE * along_row)
+        self._stripes = np.where(stripes, np.uint8(255), np.uint8(0))
         # a blank line keeps frames that show no ground as high as the others
         self._legends = {
             shown: np.asarray(
@@ -118,7 +117,9 @@ class VideoOverlay:
         legend = self._legends[prediction.shows_ground]
         canvas[height : self._rows, : legend.shape[1]] = legend
         if self._bev:
-            bev = paint_bev(prediction, self._bev_layers)[..., ::-1]
+            bev = self._cv2.cvtColor(
+                paint_bev(prediction, self._bev_layers), self._cv2.COLOR_RGBA2BGR
+            )
             columns = max(width, LEGEND_PX)
             canvas[: self._rows, columns : columns + bev.shape[1]] = bev
         return canvas

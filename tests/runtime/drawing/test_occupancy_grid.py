@@ -81,7 +81,8 @@ def test_frames_have_the_bev_of_pictures(prediction):
     none = prediction.with_maps(ground_probability=np.zeros((96, 128), np.float32))
     layers = bev_layers(200)
     for each in (prediction, prediction.with_maps(visible_ground_probability=hidden), none):
-        np.testing.assert_array_equal(paint_bev(each, layers), np.asarray(draw_bev(each, 200)))
+        drawn = np.asarray(draw_bev(each, 200).convert("RGBA"))
+        np.testing.assert_array_equal(paint_bev(each, layers), drawn)
 
 
 def test_without_a_plane_the_bev_is_unknown(prediction):
