@@ -41,9 +41,9 @@ def test_the_video_is_repeated_until_it_is_long_enough(video, green_is_ground, t
     result = CliRunner().invoke(app, ["video", str(video), *options, "-o", str(out)])
     assert result.exit_code == 0, result.output
     found = json.loads(out.read_text())
-    assert (found["frames"], found["size"]) == (41, [32, 64])
+    assert (found["frames"], found["size"]) == (40, [32, 64])
     assert found["early_mb"] > 0
-    assert "## Video: 41 frames of 64 x 32" in result.stdout
+    assert "## Video: 40 frames of 64 x 32" in result.stdout
     rounds = {kind: np.array(fps) for kind, fps in found["fps"].items()}
     assert {fps.shape for fps in rounds.values()} == {(4,)}
     for option in ("--smooth", "--panel", "--format overlay,json"):
