@@ -2,9 +2,9 @@
 
 import ast
 import json
+import resource
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -83,13 +83,18 @@ def test_importing_the_package_imports_none_of_its_parts():
 
 
 def best_s(*commands, repeats=5):
-    """Shortest wall-clock time of each command, interleaved so that load meets them alike."""
+    """Least processor time of each command: what else runs on the machine takes no part."""
+
+    def spent_s():
+        spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return spent.ru_utime + spent.ru_stime
+
     best = [float("inf")] * len(commands)
     for _ in range(repeats):
         for index, command in enumerate(commands):
-            start = time.perf_counter()
+            before_s = spent_s()
             subprocess.run([sys.executable, *command], capture_output=True, check=True)
-            best[index] = min(best[index], time.perf_counter() - start)
+            best[index] = min(best[index], spent_s() - before_s)
     return best
 
 
@@ -100,8 +105,14 @@ def test_importing_the_package_is_quick():
 
 def test_help_and_version_are_no_slower_than_loading_the_runtime():
     said = [(command, word) for command in ("infer", "models") for word in ("--help", "--version")]
-    runtime_s, *said_s = best_s(
+    commands = [
         ["-c", "import numpy, onnxruntime"],
         *(["-m", f"footprints_edge.cli.{command}", word] for command, word in said),
-    )
-    assert {of: s for of, s in zip(said, said_s, strict=True) if s > 1.0 * runtime_s} == {}
+    ]
+    best, slower = [float("inf")] * len(commands), {}
+    for _ in range(5):  # a busy machine makes single starts slow, and none fast
+        best = [min(pair) for pair in zip(best, best_s(*commands, repeats=3), strict=True)]
+        slower = {of: s for of, s in zip(said, best[1:], strict=True) if s > best[0]}
+        if not slower:
+            break
+    assert slower == {}

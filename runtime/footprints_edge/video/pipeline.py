@@ -13,6 +13,9 @@ from footprints_edge.maps.ground_maps import GroundMaps, MapsT
 from footprints_edge.video.capture import Video, VideoFrame
 from footprints_edge.video.frame_queue import POLL_S, QUEUE_SIZE, FrameQueue
 
+_AHEAD = 2
+"""Frames of a file that wait for a thread or for their turn, so that no thread waits for others."""
+
 Ending: TypeAlias = Literal["whole", "interrupted", "failed"]
 """How a video ended: all of it was processed, somebody ended it early, or it failed, which a video
 without a usable frame does, too."""
@@ -66,10 +69,10 @@ def run_pipeline(
     """Predicts every frame of a video and passes it to the sinks.
 
     One thread decodes, `at_once` threads predict, and one feeds the sinks. At most `QUEUE_SIZE`
-    frames wait before and after the prediction. If a later stage is slower, a file waits, while a
-    live source drops its oldest waiting frame. Broken frames are counted and skipped. Ctrl-C ends
-    the video early: frames in progress are still written. A sink that fails does not stop the
-    others.
+    frames wait before and after the prediction, and a few of a file within it. If a later stage is
+    slower, a file waits, while a live source drops its oldest waiting frame. Broken frames are
+    counted and skipped. Ctrl-C ends the video early: frames in progress are still written. A sink
+    that fails does not stop the others.
 
     Args:
         video: The video to read; closed at the end.
@@ -88,7 +91,9 @@ def run_pipeline(
     stats = VideoStats()
     start_s = perf_counter()
     decoder = _Decoder(video, stats)
-    predictors: _Predictors[MapsT] = _Predictors(decoder, predict, at_once)
+    predictors: _Predictors[MapsT] = _Predictors(
+        decoder, predict, at_once, 0 if video.live else _AHEAD
+    )
     writer = _Writer(sinks)
     item: tuple[VideoFrame, Future[MapsT] | None] | None = None
     finished: VideoFrame | None = None
@@ -196,15 +201,18 @@ class _Decoder(_Stage):
 
 
 class _Predictors(_Stage, Generic[MapsT]):
-    """Passes each frame to the next free thread; returns the results in order."""
+    """Passes each frame to the next free thread; returns the results in order.
+
+    As many as are `ahead` wait for a thread, or are done before the one whose turn it is.
+    """
 
     def __init__(
-        self, decoder: _Decoder, predict: Callable[[VideoFrame], MapsT], at_once: int
+        self, decoder: _Decoder, predict: Callable[[VideoFrame], MapsT], at_once: int, ahead: int
     ) -> None:
         super().__init__()
         self._decoder, self._predict = decoder, predict
         self._pool = ThreadPoolExecutor(at_once, thread_name_prefix="predict")
-        self._free = Semaphore(at_once)
+        self._free = Semaphore(at_once + ahead)
         self._pending: Queue[tuple[VideoFrame, Future[MapsT] | None] | None] = Queue()
         self._next: tuple[VideoFrame, Future[MapsT] | None] | None = None
 
