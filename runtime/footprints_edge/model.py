@@ -235,7 +235,8 @@ class Model:
         """
         from footprints_edge.parallel.in_order import PredictionIterator
 
-        if isinstance(images, str | bytes | os.PathLike) or hasattr(images, "read"):
+        one_picture = isinstance(images, str | bytes | os.PathLike) or hasattr(images, "read")
+        if one_picture or getattr(images, "ndim", None) == 3:
             raise TypeError("images is one picture; give a list of them, or use predict")
 
         predict = partial(
@@ -277,7 +278,8 @@ class Model:
 
         Args:
             source: A video file, `camera:0`, `rtsp://…`, or with `raw` a pipe: a binary file
-                object, which stays open, or `-` for standard input.
+                object, which stays open but has lost what was read in advance, or `-` for standard
+                input.
             raw: Layout of the raw RGB frames of a pipe, `WIDTHxHEIGHT[@FPS]`.
             every: Process every Nth frame.
             max_fps: Process at most this many frames per second of the video's time.

@@ -63,7 +63,8 @@ def test_a_pose_that_is_known_holds_for_all(tiny, picture, clip):
 
 
 def test_one_picture_is_not_many(tiny, photos):
-    for one in (str(photos[0]), photos[0], photos[0].read_bytes()):
+    pixels = np.zeros((20, 30, 3), np.uint8)
+    for one in (str(photos[0]), photos[0], photos[0].read_bytes(), pixels):
         with pytest.raises(TypeError, match="one picture"):
             tiny.predict_many(one)
 

@@ -12,6 +12,7 @@ from footprints_edge.cli.exit_codes import INTERRUPTED, complain, name_file
 from footprints_edge.cli.infer_video import REDRAW_S, progress_text, smoother, summary_line
 from footprints_edge.cli.progress import ProgressLine
 from footprints_edge.errors import BagError, FootprintsError, OutputError
+from footprints_edge.foundation.addresses import is_address, without_password
 from footprints_edge.foundation.cores import usable_cores
 from footprints_edge.foundation.real_path import real_path
 from footprints_edge.model import Camera, load
@@ -83,12 +84,14 @@ def infer_bags(
     for name in named:
         batch.total += 1
         try:
+            if is_address(name) and not Path(name).exists():
+                raise BagError("this is an address; download the bag first")
             target = written_bag(Path(name), options.output)
             if (other := targets.setdefault(real_path(target), name)) != name:
                 raise BagError(f"{name} would be written to {target}, as {other}; use another -o")
             interrupted = _infer_bag(Path(name), target, options, predict, batch)
         except Exception as error:  # no error may stop the other bags
-            batch.failed(name, error)
+            batch.failed(without_password(name), error)
             continue
         if interrupted:
             raise SystemExit(INTERRUPTED)

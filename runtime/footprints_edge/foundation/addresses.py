@@ -5,6 +5,10 @@ import re
 _BEGINNING = re.compile(r"(?i)^([a-z][a-z0-9+.-]+):/{1,2}")
 """One slash is left where an address was taken for a path; one letter is a drive of Windows."""
 
+_SECRET = re.compile(
+    r"(?i)([?&][^=&]*(?:pass|pwd|key|token|secret|auth|credential|sig)[^=&]*=)[^&]*"
+)
+
 
 def is_address(named: str) -> bool:
     """Whether a name begins as an address does."""
@@ -19,5 +23,7 @@ def without_password(named: str) -> str:
     user, at, place = address.rpartition("@")
     shown = f"***@{place}" if at and user else address
     return f"{beginning[1]}://" + re.sub(
-        r"(?i)([?&][^=&]*(?:pass|pwd|key|token)[^=&]*=)[^&]*", r"\1***", shown
+        r"(?i)([?&][^=&]*(?:pass|pwd|key|token|secret|auth|credential|sig)[^=&]*=)[^&]*",
+        r"\1***",
+        shown,
     )

@@ -220,6 +220,8 @@ def _check_size(size: Size, label: str, most: int | None = None) -> None:
 
 
 def _read(path: Path) -> bytes:
+    if is_address(str(path)) and not path.exists():
+        raise ImageError(f"{without_password(str(path))} is an address; download the picture first")
     try:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
@@ -227,10 +229,6 @@ def _read(path: Path) -> bytes:
             raise ImageError(f"{path}: larger than {MAX_BYTES} bytes; scale the picture down first")
         return data
     except FileNotFoundError as error:
-        if is_address(str(path)):
-            raise ImageError(
-                f"{without_password(str(path))} is an address; download the picture first"
-            ) from None  # what came before holds the password
         raise ImageError(f"{path}: no such file") from error
     except IsADirectoryError as error:
         raise ImageError(f"{path} is a folder; give a picture in it") from error

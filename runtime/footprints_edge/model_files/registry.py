@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from footprints_edge.errors import ModelError
+from footprints_edge.foundation.addresses import without_password
 
 DATA = Path(__file__).parent / "data"
 """Folder of the bundled files and their manifest `models.json`."""
@@ -94,7 +95,8 @@ def _file(path: Path, known: Iterable[str]) -> Path:
     if path.is_file():
         return path
     problem = "is a folder" if path.is_dir() else "is neither a file nor a registered name"
-    raise ModelError(f"model {str(path)!r} {problem}; registered: {', '.join(known) or 'none'}")
+    shown = without_password(str(path))
+    raise ModelError(f"model {shown!r} {problem}; registered: {', '.join(known) or 'none'}")
 
 
 def check(path: Path, sha256: str) -> bool:

@@ -229,7 +229,7 @@ def grid_with(
     plane, rows = prediction.ground_plane(), _rows(cell_m, range_m)
     cells = np.empty((rows, 2 * rows), np.uint8)
     for band in _bands(rows):
-        centres = _centres(rows, cell_m, band.start, band.stop)
+        centres = _centres(rows, float(cell_m), band.start, band.stop)
         found, row, column, seen = _ground_cells(prediction, plane, centres, range_m)
         values = found[seen]
         raised = obstacles.raised[row, column]
@@ -253,7 +253,7 @@ def make_walkable_grid(
     cells = np.empty((rows, 2 * rows), np.uint8)
     in_view = np.empty(cells.shape, bool)
     for band in _bands(rows):
-        centres = _centres(rows, cell_m, band.start, band.stop)
+        centres = _centres(rows, float(cell_m), band.start, band.stop)
         found, row, column, seen = _ground_cells(prediction, plane, centres, range_m)
         behind_m = centres.range_m[seen] - surface_m[row, column]
         values = found[seen]

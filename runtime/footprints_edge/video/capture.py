@@ -34,7 +34,7 @@ _TIMEOUT_S = 5.0
 _POLL_S = 0.02
 
 MAX_RAW_PX = 2**25
-"""Most pixels of a raw frame: an 8K picture has fewer. Some ten frames are held at once."""
+"""Most pixels of a raw frame: an 8K picture has fewer. Some twelve frames are held at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,7 +350,12 @@ def _piped(pipe: BinaryIO, layout: RawFormat, pace: Pace) -> Iterator[VideoFrame
 
 def _read(pipe: BinaryIO, length: int) -> bytes:
     """So many bytes, or fewer at the end: an unbuffered pipe gives what there is at the moment."""
-    parts = [pipe.read(length)]
-    while parts[-1] and (left := length - sum(map(len, parts))):
-        parts.append(pipe.read(left))
+    parts: list[bytes] = []
+    while left := length - sum(map(len, parts)):
+        part = pipe.read(left)
+        if not isinstance(part, bytes):  # text, or None: nothing is there at the moment
+            raise VideoError("the pipe gives no bytes; open it in binary mode, and blocking")
+        if not part:
+            break
+        parts.append(part)
     return b"".join(parts)

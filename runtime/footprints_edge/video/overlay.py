@@ -59,7 +59,7 @@ class VideoOverlay:
         at_size = {"dsize": size[::-1], "interpolation": cv2.INTER_LINEAR}
         least = prediction.threshold if prediction.shows_ground else np.inf
         visible, ground = (
-            cv2.compare(cv2.resize(probability, **at_size), least, cv2.CMP_GT)
+            (cv2.resize(probability, **at_size) > least).view(np.uint8) * np.uint8(255)
             for probability in (
                 prediction.visible_ground_probability,
                 prediction.ground_probability,

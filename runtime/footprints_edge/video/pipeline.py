@@ -69,7 +69,7 @@ def run_pipeline(
     """Predicts every frame of a video and passes it to the sinks.
 
     One thread decodes, `at_once` threads predict, and one feeds the sinks. At most `QUEUE_SIZE`
-    frames wait before and after the prediction, and a few of a file within it. If a later stage is
+    frames wait before and after the prediction, and of a file two within it. If a later stage is
     slower, a file waits, while a live source drops its oldest waiting frame. Broken frames are
     counted and skipped. Ctrl-C ends the video early: frames in progress are still written. A sink
     that fails does not stop the others.
@@ -92,7 +92,7 @@ def run_pipeline(
     start_s = perf_counter()
     decoder = _Decoder(video, stats)
     predictors: _Predictors[MapsT] = _Predictors(
-        decoder, predict, at_once, 0 if video.live else _AHEAD
+        decoder, predict, at_once, 0 if video.path is None else _AHEAD
     )
     writer = _Writer(sinks)
     item: tuple[VideoFrame, Future[MapsT] | None] | None = None

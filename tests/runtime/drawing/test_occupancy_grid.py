@@ -97,6 +97,14 @@ def test_the_format_writes_it(prediction, tmp_path):
     assert path.name == "a.jpg.topdown_picture.png"
 
 
+def test_a_frame_of_one_pixel_is_drawn(prediction):
+    pytest.importorskip("cv2")
+    from footprints_edge.video.overlay import VideoOverlay
+
+    one = DecodedImage(np.zeros((1, 1, 3), np.uint8))
+    assert VideoOverlay().draw(replace(prediction, picture=one)).shape[1] >= LEGEND_PX
+
+
 @pytest.mark.parametrize("size", [(90, 121), (61, 400)])
 def test_a_video_overlay_tints_visible_and_hatches_hidden_ground(prediction, size):
     pytest.importorskip("cv2")

@@ -12,6 +12,11 @@ from footprints_edge.foundation.addresses import is_address, without_password
         ),
         ("http:/me:hunter22@host/a.jpg", "http://***@host/a.jpg"),  # as a path spells it
         ("rtsp://127.0.0.1/live", "rtsp://127.0.0.1/live"),
+        (
+            "https://host/a.onnx?X-Amz-Signature=ab&x=1",
+            "https://host/a.onnx?X-Amz-Signature=***&x=1",
+        ),
+        ("https://host/img@2x.png", "https://***@2x.png"),  # a password may hold a slash
         ("a@b.mp4", "a@b.mp4"),
         ("12:30:05@b.mp4", "12:30:05@b.mp4"),
     ],

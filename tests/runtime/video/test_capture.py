@@ -6,6 +6,7 @@ import shutil
 import sys
 from itertools import chain, repeat
 from threading import Timer
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -171,6 +172,14 @@ def test_a_gap_of_a_camera_is_one_broken_frame(monkeypatch):
             if len(seen) == 1:
                 assert frame.time_s == 0
     assert seen == [(0, True), (1, True), (2, True), (3, False), (4, True), (5, True)]
+
+
+@pytest.mark.parametrize("given", ["text", None])
+def test_a_pipe_that_gives_no_bytes_is_a_video_error(given):
+    pipe = SimpleNamespace(read=lambda _: given)
+    frames = open_source(pipe, raw="6x4").frames
+    with pytest.raises(VideoError, match="binary mode, and blocking"):
+        next(frames)
 
 
 def test_an_unbuffered_pipe_gives_whole_frames():

@@ -3,6 +3,7 @@
 import threading
 import time
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,8 +54,8 @@ class WaitingSink(Collector):
         super().write(frame, prediction)
 
 
-def source(frames, live=False):
-    return Video("synthetic", live, 30.0, frames)
+def source(frames, live=False, path=None):
+    return Video("synthetic", live, 30.0, frames, path=path)
 
 
 def numbered(index):
@@ -212,8 +213,25 @@ def test_a_file_waits_for_a_slow_consumer():
         [sink],
         lambda stats: lead.append(len(read) - stats.frames),
     )
-    assert max(lead) <= QUEUE_SIZE + 4
+    assert max(lead) <= QUEUE_SIZE + 2
     assert len(sink.got) == 30
+
+
+@pytest.mark.parametrize(("path", "begun"), [(Path("walk.mp4"), 4), (None, 2)])
+def test_one_slow_frame_keeps_no_thread_waiting_for_its_turn(path, begun):
+    """Two frames of a file go on without it; frames of a pipe are not taken before they are due."""
+    started, at_the_end = [], []
+
+    def predict(frame):
+        started.append(frame.index)
+        if frame.index == 0:
+            deadline_s = time.monotonic() + (PATIENCE_S if path else 0.2)
+            while len(started) < 4 and time.monotonic() < deadline_s:
+                time.sleep(0.002)
+            at_the_end.append(len(started))
+
+    run_pipeline(source(some_frames(30), path=path), predict, [Collector()], at_once=2)
+    assert at_the_end == [begun]
 
 
 def test_a_live_source_drops_the_oldest_frames_and_never_waits():

@@ -23,7 +23,7 @@ export async function openNodeEngine(
 ): Promise<Engine> {
   // onnxruntime reports to its maker unless this is set before it starts; 0 lets it. A worker thread sets
   // only its own copy, which onnxruntime does not read.
-  if (!isMainThread && process.env.ORT_DISABLE_TELEMETRY === undefined) {
+  if (!isMainThread && !process.env.ORT_DISABLE_TELEMETRY) {
     throw new ModelError(
       'a worker thread cannot switch off the telemetry of onnxruntime: set process.env.ORT_DISABLE_TELEMETRY = "1" ' +
         "in the main thread, before it starts the worker",
