@@ -33,7 +33,7 @@ def check_parity(network: nn.Module, model: Model, sizes: Sequence[Size]) -> dic
     """
     channels = OUTPUTS[model.metadata.outputs]
     worst = np.zeros(len(channels))
-    for image in seeded_images(sizes, seed=0):
+    for image in seeded_images(sizes):
         x = torch.from_numpy(image).permute(0, 3, 1, 2).float() / 255
         with torch.no_grad():
             expected = network(x).numpy()
@@ -47,9 +47,9 @@ def check_parity(network: nn.Module, model: Model, sizes: Sequence[Size]) -> dic
     return found
 
 
-def seeded_images(sizes: Sequence[Size], *, seed: int) -> list[NDArray[np.uint8]]:
+def seeded_images(sizes: Sequence[Size]) -> list[NDArray[np.uint8]]:
     """Smooth colour ramps with noise, uint8 (1, H, W, 3): every byte value, every frequency."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     images = []
     for height, width in sizes:
         y, x = np.mgrid[0:height, 0:width] / max(height, width)
