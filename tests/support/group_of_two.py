@@ -8,9 +8,9 @@ import torch
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.data.mixture import TrainingDataset
 from footprints_edge_models.sample import NO, YES, Sample
-from footprints_edge_models.training import trainer
 from footprints_edge_models.training.recipe import Recipe
 from footprints_edge_models.training.schedule import ScheduleStage
+from footprints_edge_models.training.trainer import train
 
 
 def sample(index):
@@ -26,11 +26,10 @@ def run(folder, batch):
     torch.set_num_threads(1)
     datasets = {"a": TrainingDataset([sample(index) for index in range(5)], [], 1.0)}
     recipe = Recipe((ScheduleStage((32, 32), 3),), batch=batch, warmup_steps=3)
-    trainer.train(datasets, recipe, folder, device=torch.device("cpu"))
+    train(datasets, recipe, folder, device=torch.device("cpu"))
 
 
 def one_of_two(rank, port, folder):
     address = {"MASTER_ADDR": "127.0.0.1", "MASTER_PORT": str(port)}
     os.environ.update(address, RANK=str(rank), WORLD_SIZE="2", LOCAL_RANK=str(rank))
-    trainer.draw_curves = lambda _: None  # takes longer than the steps
     run(folder, 2)

@@ -84,7 +84,7 @@ def infer_bags(
     for name in named:
         batch.total += 1
         try:
-            if is_address(name) and not Path(name).exists():
+            if is_address(name):
                 raise BagError("this is an address; download the bag first")
             target = written_bag(Path(name), options.output)
             if (other := targets.setdefault(real_path(target), name)) != name:

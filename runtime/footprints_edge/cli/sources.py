@@ -47,7 +47,7 @@ def expand(named: str, *, recursive: bool = False) -> list[InputImage]:
     if named == STDIN:
         return [InputImage(None)]
     path = Path(named)
-    if is_address(named) and not path.exists():
+    if is_address(named):
         raise ImageError(
             f"{without_password(named)} is an address; download the picture first, or for a stream "
             "give rtsp:// or rtsps://"

@@ -220,7 +220,7 @@ def _check_size(size: Size, label: str, most: int | None = None) -> None:
 
 
 def _read(path: Path) -> bytes:
-    if is_address(str(path)) and not path.exists():
+    if is_address(str(path)):
         raise ImageError(f"{without_password(str(path))} is an address; download the picture first")
     try:
         with path.open("rb") as file:
