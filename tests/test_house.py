@@ -38,6 +38,7 @@ ORDER = {
         "__init__",
         "sample",
         "bounded_files",
+        "segmenter",
         "networks",
         "mapping",
         "sequences",

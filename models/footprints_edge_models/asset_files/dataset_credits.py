@@ -21,6 +21,12 @@ KNOWN = {
         "http://mi.eng.cam.ac.uk/research/projects/VideoRec/CamVid/",
     ),
     "houses": Credit("photos of houses and rooms", _NOT_STATED, _NOT_STATED, ""),
+    "openimages": Credit(
+        "1,074 photos of Open Images V4, from the DoorDetect data set",
+        "their photographers, on Flickr; each photo is named by its id",
+        "CC-BY-2.0",
+        "https://github.com/MiguelARD/DoorDetect-Dataset",
+    ),
     "hololens_office": Credit(
         "HoloLens office walk, sample of DeepVideoMVS",
         "Arda Duzceker",

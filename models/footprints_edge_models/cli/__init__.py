@@ -8,11 +8,13 @@ import typer
 from footprints_edge.cli.common_options import HELP, VersionOption
 from footprints_edge_models.cli.ablations import ablations
 from footprints_edge_models.cli.assets import assets
+from footprints_edge_models.cli.average import average
 from footprints_edge_models.cli.calibrate import calibrate
 from footprints_edge_models.cli.gpu_kit import gpu_kit
 from footprints_edge_models.cli.labels import labels
 from footprints_edge_models.cli.pack import pack
 from footprints_edge_models.cli.panoramas import panoramas
+from footprints_edge_models.cli.photos import photos
 from footprints_edge_models.cli.scenes import scenes
 from footprints_edge_models.cli.train import edge, reference
 
@@ -32,8 +34,8 @@ def _root(_version: VersionOption = False) -> None:
 
 
 for command in (
-    *(edge, reference, ablations, calibrate, pack, gpu_kit),
-    *(labels, scenes, assets, panoramas),
+    *(edge, reference, ablations, calibrate, average, pack, gpu_kit),
+    *(labels, scenes, assets, panoramas, photos),
 ):
     app.command()(command)
 

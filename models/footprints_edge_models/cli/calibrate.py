@@ -1,20 +1,12 @@
 """``fp-train calibrate``: thresholds of 0.5 made right again."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from footprints_edge.cli.exit_codes import complain, explained
-from footprints_edge_models.cli.options import datasets_of, size_of
-
-
-class NetworkName(StrEnum):
-    """Networks that can be calibrated."""
-
-    EDGE = "edge"
-    REFERENCE = "reference"
+from footprints_edge_models.cli.options import NetworkName, datasets_of, size_of
 
 
 def calibrate(

@@ -52,6 +52,13 @@ Jobs = Annotated[
 ]
 
 
+class NetworkName(StrEnum):
+    """Networks that there are weights of."""
+
+    EDGE = "edge"
+    REFERENCE = "reference"
+
+
 class Balance(StrEnum):
     """How pixels of S* are weighed against each other."""
 

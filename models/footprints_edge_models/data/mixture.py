@@ -93,6 +93,7 @@ DATASETS = {
     "idd_lite": DatasetEntry(lambda folder: read_photos(folder, IDD_LITE), 0.26),
     "camvid": DatasetEntry(lambda folder: read_photos(folder / "train", CAMVID), 0.18),
     "houses": DatasetEntry(lambda folder: read_photos(folder, ADE20K), 0.24),
+    "openimages": DatasetEntry(lambda folder: read_photos(folder, ADE20K), 0.24),
     "hololens_office": DatasetEntry(read_rgbd_clip, 0.09),
     "seven_scenes_kitchen": DatasetEntry(read_rgbd_clip, 0.09),
     "kitti_grey_stereo": DatasetEntry(read_stereo_clip, 0.10),

@@ -115,6 +115,7 @@ SPLITS: dict[str, SplitRule] = {
     "idd_lite": hold_out_groups(5),
     "camvid": train_on_all,
     "houses": hold_out_groups(20),
+    "openimages": hold_out_groups(20),
     "hololens_office": hold_out_clip_end,
     "seven_scenes_kitchen": hold_out_clip_end,
     "kitti_grey_stereo": hold_out_clip_end,

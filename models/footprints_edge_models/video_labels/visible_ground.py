@@ -8,13 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Literal, TypeAlias
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from footprints_edge.inputs.images import decode
 from footprints_edge_models.mapping.floor_map import fit_floor, ground_by_depth
 from footprints_edge_models.sample import NO, UNKNOWN, YES
+from footprints_edge_models.segmenter import read_segmenter
 from footprints_edge_models.sequences.colmap_text import ColmapDepth
 from footprints_edge_models.sequences.folders import WALKABLE
 from footprints_edge_models.sequences.sequence import (
@@ -118,22 +118,10 @@ def teacher_ground(path: Path) -> GroundReader:
     Args:
         path: the .tflite file: uint8 (1, S, S, 3) RGB in, class ids (1, S, S) out.
     """
-    from ai_edge_litert.interpreter import Interpreter
-
-    if not path.is_file():
-        raise SequenceError(f"{path}: no such file; the teacher is a segmenter in TFLite format")
-    interpreter = Interpreter(model_path=str(path), num_threads=1)
-    interpreter.allocate_tensors()
-    given, wanted = interpreter.get_input_details()[0], interpreter.get_output_details()[0]
-    height, width = given["shape"][1:3]
+    segment = read_segmenter(path)
 
     def read(frame: SequenceFrame) -> NDArray[np.float32]:
-        image = decode(frame.image).rgb
-        resized = cv2.resize(image, (int(width), int(height)), interpolation=cv2.INTER_AREA)
-        interpreter.set_tensor(given["index"], resized[None])
-        interpreter.invoke()
-        ids = interpreter.get_tensor(wanted["index"])[0]
-        return np.isin(ids, WALKABLE).astype(np.float32)
+        return np.isin(segment(decode(frame.image).rgb), WALKABLE).astype(np.float32)
 
     return read
 
