@@ -46,6 +46,7 @@ ORDER = {
         "asset_files",
         "panoramas",
         "scenes",
+        "insertion",
         "data",
         "training",
         "cli",

@@ -11,6 +11,7 @@ from footprints_edge_models.cli.assets import assets
 from footprints_edge_models.cli.average import average
 from footprints_edge_models.cli.calibrate import calibrate
 from footprints_edge_models.cli.gpu_kit import gpu_kit
+from footprints_edge_models.cli.insert import insert
 from footprints_edge_models.cli.labels import labels
 from footprints_edge_models.cli.pack import pack
 from footprints_edge_models.cli.panoramas import panoramas
@@ -35,7 +36,7 @@ def _root(_version: VersionOption = False) -> None:
 
 for command in (
     *(edge, reference, ablations, calibrate, average, pack, gpu_kit),
-    *(labels, scenes, assets, panoramas, photos),
+    *(labels, scenes, assets, panoramas, photos, insert),
 ):
     app.command()(command)
 

@@ -18,6 +18,7 @@ from footprints_edge_models.data.readers.labelled_photos import (
     IDD_LITE,
     PhotoLabels,
     read_copy_paste,
+    read_inserted,
     read_photos,
 )
 from footprints_edge_models.data.readers.panorama_views import read_panorama_views
@@ -94,6 +95,7 @@ DATASETS = {
     "camvid": DatasetEntry(lambda folder: read_photos(folder / "train", CAMVID), 0.18),
     "houses": DatasetEntry(lambda folder: read_photos(folder, ADE20K), 0.24),
     "openimages": DatasetEntry(lambda folder: read_photos(folder, ADE20K), 0.24),
+    "inserted": DatasetEntry(lambda folder: read_inserted(folder, ADE20K), 0.4),
     "hololens_office": DatasetEntry(read_rgbd_clip, 0.09),
     "seven_scenes_kitchen": DatasetEntry(read_rgbd_clip, 0.09),
     "kitti_grey_stereo": DatasetEntry(read_stereo_clip, 0.10),

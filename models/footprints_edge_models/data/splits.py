@@ -116,6 +116,7 @@ SPLITS: dict[str, SplitRule] = {
     "camvid": train_on_all,
     "houses": hold_out_groups(20),
     "openimages": hold_out_groups(20),
+    "inserted": train_on_all,
     "hololens_office": hold_out_clip_end,
     "seven_scenes_kitchen": hold_out_clip_end,
     "kitti_grey_stereo": hold_out_clip_end,

@@ -14,7 +14,17 @@ from footprints_edge.inputs.images import decode
 from footprints_edge_models.data.copy_paste import CopyPastePhotos, CutoutClass, LabelledPhoto
 from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.readers.pictures import list_pictures
-from footprints_edge_models.sample import NO, UNKNOWN, UNLIKELY, YES, Sample, nearest, shrunk
+from footprints_edge_models.insertion.labels import decoded
+from footprints_edge_models.sample import (
+    FOOTPRINT,
+    NO,
+    UNKNOWN,
+    UNLIKELY,
+    YES,
+    Sample,
+    nearest,
+    shrunk,
+)
 from footprints_edge_models.sequences.folders import WALKABLE
 
 HORIZON_PERCENTILE = 15
@@ -83,20 +93,48 @@ def read_photos(folder: Path, labels: PhotoLabels) -> Iterator[Sample]:
     for image_path in list_pictures(folder / "images"):
         image = decode(image_path).rgb
         ids = _label_ids(folder / "labels" / f"{image_path.stem}.png", image.shape[:2])
-        visible = np.where(np.isin(ids, labels.walkable), YES, NO).astype(np.uint8)
-        visible[np.isin(ids, labels.void)] = UNKNOWN
-        ground = np.full(visible.shape, UNKNOWN, np.uint8)
-        ground[np.isin(ids, labels.sky)] = NO
-        rows = np.flatnonzero((visible == YES).sum(axis=1) > 2)
-        if rows.size:
-            above = slice(0, max(0, rows[0] - round(0.04 * len(visible))))
-            ground[above][np.isin(ids[above], labels.barriers)] = NO
-            seldom = np.isin(ids, labels.solid) & ~goes_on_behind(visible == YES)
-            ground[seldom & (ground == UNKNOWN)] = UNLIKELY
-        ground[visible == YES] = YES
-        height, width = visible.shape
-        camera = Intrinsics.assumed((height, width))
-        yield shrunk(Sample(f"{folder.name}/{image_path.stem}", image, camera, visible, ground))
+        yield _sample(folder, image_path, image, *_said_by(ids, labels))
+
+
+def read_inserted(folder: Path, labels: PhotoLabels) -> Iterator[Sample]:
+    """Photos with models in them: where these hide floor of the photo, ground goes on behind."""
+    for image_path in list_pictures(folder / "images"):
+        image = decode(image_path).rgb
+        path = folder / "labels" / f"{image_path.stem}.png"
+        inserted = decoded(_label_ids(path, image.shape[:2]), labels.walkable[0])
+        visible, ground = _said_by(inserted.ids, labels)
+        visible[inserted.shows_model] = NO
+        ground[inserted.taken] = FOOTPRINT
+        yield _sample(folder, image_path, image, visible, ground)
+
+
+def _said_by(
+    ids: NDArray[np.uint8], labels: PhotoLabels
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """What class ids say of visible ground, and of ground."""
+    visible = np.where(np.isin(ids, labels.walkable), YES, NO).astype(np.uint8)
+    visible[np.isin(ids, labels.void)] = UNKNOWN
+    ground = np.full(visible.shape, UNKNOWN, np.uint8)
+    ground[np.isin(ids, labels.sky)] = NO
+    rows = np.flatnonzero((visible == YES).sum(axis=1) > 2)
+    if rows.size:
+        above = slice(0, max(0, rows[0] - round(0.04 * len(visible))))
+        ground[above][np.isin(ids[above], labels.barriers)] = NO
+        seldom = np.isin(ids, labels.solid) & ~goes_on_behind(visible == YES)
+        ground[seldom & (ground == UNKNOWN)] = UNLIKELY
+    ground[visible == YES] = YES
+    return visible, ground
+
+
+def _sample(
+    folder: Path,
+    path: Path,
+    image: NDArray[np.uint8],
+    visible: NDArray[np.uint8],
+    ground: NDArray[np.uint8],
+) -> Sample:
+    camera = Intrinsics.assumed((image.shape[0], image.shape[1]))
+    return shrunk(Sample(f"{folder.name}/{path.stem}", image, camera, visible, ground))
 
 
 def goes_on_behind(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -1,0 +1,137 @@
+"""Fills a folder with photos that models were put into; finished ones are kept."""
+
+import json
+import multiprocessing
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from PIL import Image
+
+from footprints_edge.foundation.atomic_write import write_atomically
+from footprints_edge.inputs.images import decode
+from footprints_edge.inputs.preprocessing import resized
+from footprints_edge.model import load
+from footprints_edge.parallel.job import ReportOutcome
+from footprints_edge.parallel.processes import run_in_processes
+from footprints_edge.parallel.serial import run_serially
+from footprints_edge_models.asset_files.asset import AssetError, Credit
+from footprints_edge_models.asset_files.credit_files import write_credits_file
+from footprints_edge_models.asset_files.dataset_credits import photo_credits
+from footprints_edge_models.asset_files.pack import AssetPack
+from footprints_edge_models.insertion.composite import Composite, compose
+from footprints_edge_models.insertion.photo_floor import InsertionError, find_floor
+from footprints_edge_models.insertion.standing import place_things
+from footprints_edge_models.sample import nearest, within
+from footprints_edge_models.scenes.assets.materials import Palette
+from footprints_edge_models.scenes.assets.textures.library import TextureLibrary
+from footprints_edge_models.scenes.assets.things import Thing
+
+_QUALITIES = (75, 95)
+
+
+@dataclass(frozen=True)
+class InsertJob:
+    """Variants of the photos of a folder, by number: photo number + variant x number of photos.
+
+    Attributes:
+        photos: pictures with label pictures, as ``fp-train photos`` writes them.
+        folder: where the pictures go.
+        library: models and textures.
+        model: name or file of the model that finds the ground plane; None for the default one.
+        seed: decides every picture.
+    """
+
+    photos: tuple[Path, ...]
+    folder: Path
+    library: TextureLibrary
+    model: str | None
+    seed: int
+
+    def finished(self, number: int) -> str | None:
+        """Nothing to say of a picture that is there."""
+        return "" if self._file("images", number, ".jpg").is_file() else None
+
+    def start(self) -> Callable[[int], str]:
+        """The function that makes a picture; returns why there is none, else nothing."""
+        if multiprocessing.parent_process() is not None:
+            cv2.setNumThreads(1)  # there is a process for every core
+        model = load(self.model, threads=1)
+
+        def make(number: int) -> str:
+            rng = np.random.default_rng((self.seed, number))
+            path = self.photos[number % len(self.photos)]
+            image = decode(path).rgb
+            ids = np.asarray(Image.open(path.parent.parent / "labels" / f"{path.stem}.png"))
+            size = within((image.shape[0], image.shape[1]))
+            if size != image.shape[:2]:
+                image, ids = resized(image, size), nearest(ids, size)
+            try:
+                floor = find_floor(image, ids, model)
+                things = place_things(floor, Palette(self.library, rng))
+                if not things:
+                    raise InsertionError("no free place on its floor")
+                made = compose(floor, things, self.library, rng)
+            except InsertionError as error:
+                return f"{path.name}: {error}"
+            self._write(number, made, things, int(rng.integers(*_QUALITIES)))
+            return ""
+
+        return make
+
+    def _file(self, part: str, number: int, suffix: str) -> Path:
+        photo = self.photos[number % len(self.photos)].stem
+        return self.folder / part / f"{photo}_{number // len(self.photos)}{suffix}"
+
+    def _write(self, number: int, made: Composite, things: Iterable[Thing], quality: int) -> None:
+        facts = [{"label": thing.label, "asset": thing.asset} for thing in things]
+        label_picture = cv2.imencode(".png", made.labels.encoded())[1].tobytes()
+        bgr = cv2.cvtColor(made.image, cv2.COLOR_RGB2BGR)
+        photo = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
+        write_atomically(self._file("things", number, ".json"), json.dumps(facts).encode())
+        write_atomically(self._file("labels", number, ".png"), label_picture)
+        write_atomically(self._file("images", number, ".jpg"), photo)
+
+
+def insert_models(
+    job: InsertJob,
+    variants: int,
+    processes: int,
+    report: ReportOutcome[int, str],
+) -> None:
+    """Makes the pictures that are not there yet; one that fails is reported, and others are made.
+
+    Args:
+        job: what to make.
+        variants: pictures of each photo that are tried.
+        processes: number of processes; with one, the pictures are made in this process.
+        report: called with the outcome of every picture.
+    """
+    for part in ("images", "labels", "things"):
+        (job.folder / part).mkdir(parents=True, exist_ok=True)
+    numbers = range(variants * len(job.photos))
+    if processes == 1:
+        run_serially(job, numbers, report)
+    else:
+        run_in_processes(job, numbers, report, processes=processes, run_length=16)
+
+
+def credit_insertions(folder: Path, photos: Path, pack: AssetPack) -> list[Credit]:
+    """Writes ``credits.json``: whom to credit for the photos and for the models that are in them.
+
+    Raises:
+        AssetError: a list of things is damaged.
+    """
+    used = set()
+    for path in sorted((folder / "things").glob("*.json")):
+        try:
+            used |= {thing["asset"] for thing in json.loads(path.read_text(encoding="utf-8"))}
+        except (OSError, ValueError, TypeError, KeyError) as error:
+            raise AssetError(
+                f"{path}: no readable list of things ({error}); delete it and its "
+                "picture, and make them again"
+            ) from error
+    credits = set(photo_credits(photos)) | {e.credit for e in pack.entries if e.key in used}
+    return write_credits_file(folder, credits)
