@@ -145,9 +145,10 @@ class TradeOff:
 
     def _caption(self) -> str:
         versions = self.machine.versions
+        load = "unknown" if self.machine.load is None else f"{self.machine.load:.1f}"
         counts = ", ".join(f"{name} ({len(s)})" for name, s in self.points[0].scores.items())
         return (
-            f"Images: {counts}. {self.threads} threads, {self.machine.cpu}, "
+            f"Images: {counts}. {self.threads} threads, {self.machine.cpu}, load {load}, "
             f"onnxruntime {versions.get('onnxruntime', 'unknown')}, "
             f"footprints-edge {versions.get('footprints-edge', 'unknown')}"
         )
