@@ -23,8 +23,8 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 help: ## what can be made
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 10
 
-demo: $(DEMO_VENV)/installed ## install the runtime alone, find the floor in examples/office.jpg
-	@$(DEMO_VENV)/bin/fp-infer examples/office.jpg -o out --format overlay,json --overwrite --quiet >/dev/null
+demo: $(DEMO_VENV)/installed ## install the runtime alone, make the first picture of README.md
+	@$(DEMO_VENV)/bin/fp-infer examples/office.jpg --hfov 57.2 --bev -o out --format overlay,json --overwrite --quiet >/dev/null
 	@$(DEMO_VENV)/bin/python examples/read_result.py out/office.jpg.json
 	@echo "Open $(CURDIR)/out/office.jpg.overlay.png"
 

@@ -7,7 +7,10 @@ from itertools import groupby
 
 from footprints_edge_models.asset_files.asset import Credit
 
-_CREATIVE_COMMONS = re.compile(r"CC-(BY(?:-NC)?(?:-SA|-ND)?)-(\d\.\d)")
+_KNOWN = re.compile(
+    r"\bCC-(?P<terms>BY(?:-NC)?(?:-SA|-ND)?)-(?P<version>\d\.\d)\b|\bCC0(?:-1\.0)?\b"
+    r"|\b(?:MIT-0|MIT|Apache-2\.0|BSD-\d-Clause(?:-Clear)?)(?![\w-])"
+)
 
 
 def credits_section(credits: Iterable[Credit]) -> str:
@@ -32,13 +35,15 @@ def summary(credits: Iterable[Credit]) -> str:
     return ", ".join(f"{licence}: {number}" for licence, number in sorted(count.items()))
 
 
-def _linked(licence: str) -> str:
-    """A licence with a link to its text, where it has a known address."""
-    if match := _CREATIVE_COMMONS.fullmatch(licence):
-        terms, version = match[1].lower(), match[2]
-        return f"[{licence}](https://creativecommons.org/licenses/{terms}/{version}/)"
-    if licence.startswith("CC0"):
-        return f"[{licence}](https://creativecommons.org/publicdomain/zero/1.0/)"
-    if licence in {"MIT", "Apache-2.0"} or licence.startswith("BSD-"):
-        return f"[{licence}](https://spdx.org/licenses/{licence}.html)"
-    return licence
+def _linked(licences: str) -> str:
+    """A licence, or several in words, each with a link to its text if it has a known address."""
+    return _KNOWN.sub(lambda found: f"[{found[0]}]({_address(found)})", licences)
+
+
+def _address(licence: re.Match[str]) -> str:
+    if licence["terms"]:
+        terms, version = licence["terms"].lower(), licence["version"]
+        return f"https://creativecommons.org/licenses/{terms}/{version}/"
+    if licence[0].startswith("CC0"):
+        return "https://creativecommons.org/publicdomain/zero/1.0/"
+    return f"https://spdx.org/licenses/{licence[0]}.html"

@@ -15,6 +15,9 @@ from footprints_edge.foundation.types import Floats, Mask
 BINS = 256
 """Steps of probability in which `RankingCounts` counts."""
 
+BORDER_PX = 3
+"""Pixels no farther than this from a true border count for how exact a border is."""
+
 DEPTH_RANGE_M = (0.5, 20.0)
 """True and predicted depths are clipped to this range before they are compared."""
 
@@ -155,6 +158,31 @@ def covered(predicted: Mask, region: Mask) -> MaskCounts:
     """
     overlap = int((predicted & region).sum())
     return MaskCounts(overlap, overlap, int(region.sum()))
+
+
+def border(predicted: Mask, true: Mask, valid: Mask) -> MaskCounts:
+    """Counts whose recall is the share of pixels near the true border that are right.
+
+    Near are pixels that have true ground and true non-ground, both valid, within `BORDER_PX`: where
+    ground ends at what is not scored, there is no border. Everything and nothing score about 0.5.
+
+    Args:
+        predicted: bool (H, W).
+        true: bool (H, W).
+        valid: bool (H, W), where the ground truth is valid.
+    """
+    near = valid & _within(BORDER_PX, true & valid) & _within(BORDER_PX, ~true & valid)
+    return covered(predicted == true, near)
+
+
+def _within(radius_px: int, mask: Mask) -> Mask:
+    """Pixels at most so far from one of the mask, bool (H, W)."""
+    import cv2
+
+    distance_px = cv2.distanceTransform(
+        (~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE
+    )
+    return np.asarray(distance_px <= radius_px)
 
 
 def ranking(probability: Floats, free: Mask, footprint: Mask) -> RankingCounts:

@@ -35,6 +35,8 @@ class MethodScores:
         outside: S* where there is neither ground nor a footprint; its recall is the share called
             ground by mistake.
         ranking: S* of hidden free ground against S* of footprints.
+        ground_border: S* near its true border; its recall is the share that is right.
+        visible_border: S, likewise.
     """
 
     freespace: MaskCounts | None = None
@@ -45,6 +47,8 @@ class MethodScores:
     hidden_ground: MaskCounts | None = None
     outside: MaskCounts | None = None
     ranking: RankingCounts | None = None
+    ground_border: MaskCounts | None = None
+    visible_border: MaskCounts | None = None
 
     def as_json(self) -> dict[str, dict[str, Any] | None]:
         """Plain values, as :meth:`from_json` takes them."""
@@ -79,6 +83,8 @@ class MethodScores:
             counts("hidden_ground"),
             counts("outside"),
             None if ranked is None else RankingCounts(**{k: tuple(v) for k, v in ranked.items()}),
+            counts("ground_border"),
+            counts("visible_border"),
         )
 
 
@@ -111,17 +117,17 @@ def score(
 def judge(estimate: Estimate, ground_truth: GroundTruth) -> MethodScores:
     """Scores of an estimate against the ground truth."""
     freespace = footprint = visible_ground = ground_depth = visible_depth = None
+    ground_border = visible_border = None
     if estimate.ground is not None and ground_truth.ground is not None:
         ground = (estimate.ground, ground_truth.ground.mask, ground_truth.ground.valid)
         freespace = metrics.freespace(*ground)
+        ground_border = metrics.border(*ground)
         if ground_truth.region is not None:
             footprint = metrics.footprint(*ground, ground_truth.region)
     if estimate.visible_ground is not None and ground_truth.visible_ground is not None:
-        visible_ground = metrics.freespace(
-            estimate.visible_ground,
-            ground_truth.visible_ground.mask,
-            ground_truth.visible_ground.valid,
-        )
+        seen = ground_truth.visible_ground
+        visible_ground = metrics.freespace(estimate.visible_ground, seen.mask, seen.valid)
+        visible_border = metrics.border(estimate.visible_ground, seen.mask, seen.valid)
     if estimate.ground_depth_m is not None and ground_truth.ground_depth_m is not None:
         ground_depth = metrics.depth(estimate.ground_depth_m, ground_truth.ground_depth_m)
     if estimate.visible_depth_m is not None and ground_truth.visible_depth_m is not None:
@@ -133,6 +139,8 @@ def judge(estimate: Estimate, ground_truth: GroundTruth) -> MethodScores:
         ground_depth,
         visible_depth,
         *_behind_things(estimate, ground_truth),
+        ground_border,
+        visible_border,
     )
 
 

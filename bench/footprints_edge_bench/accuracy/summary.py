@@ -26,6 +26,8 @@ MEASURES = {
     "hidden_ground": ("recall",),
     "outside": ("recall",),
     "ranking": ("auc",),
+    "ground_border": ("recall",),
+    "visible_border": ("recall",),
 }
 """Measures of each part of :class:`~footprints_edge_bench.accuracy.scoring.MethodScores`."""
 

@@ -52,6 +52,7 @@ TABLES: dict[str, tuple[Column, ...]] = {
         Column("Freespace F1", "freespace", "f1"),
         Column("Footprint IoU", "footprint", "iou"),
         Column("Footprint F1", "footprint", "f1"),
+        Column("Right near borders", "ground_border", "recall"),
     ),
     "Behind things (S*)": (
         Column("AUC, hidden free against footprint", "ranking", "auc", pooled=True),
@@ -64,6 +65,7 @@ TABLES: dict[str, tuple[Column, ...]] = {
         Column("F1", "visible_ground", "f1"),
         Column("Precision", "visible_ground", "precision"),
         Column("Recall", "visible_ground", "recall"),
+        Column("Right near borders", "visible_border", "recall"),
     ),
     "Visible depth (D)": _depth_columns("visible_depth"),
     "All pixels pooled": (

@@ -17,6 +17,7 @@ from footprints_edge_bench.cli.planning import planning_command
 from footprints_edge_bench.cli.reduced_decoding import reduced_decoding_command
 from footprints_edge_bench.cli.roofline import roofline_command
 from footprints_edge_bench.cli.table import table_command
+from footprints_edge_bench.cli.trade_off import trade_off_command
 from footprints_edge_bench.cli.video import video_command
 
 app = typer.Typer(
@@ -45,6 +46,7 @@ app.command("video")(video_command)
 app.command("latency")(latency_command)
 app.command("frame")(frame_command)
 app.command("table")(table_command)
+app.command("trade-off")(trade_off_command)
 app.command("roofline")(roofline_command)
 app.command("passes")(passes_command)
 app.command("reduced-decoding")(reduced_decoding_command)

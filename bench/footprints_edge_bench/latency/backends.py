@@ -48,11 +48,7 @@ def select_backends(
         # The edge network has one head, and no graph pass applies to it.
         if network != EDGE or not (precision.endswith(STOCK) or "-scale" in precision)
     ]
-    for model in models:
-        engine = OnnxRuntimeEngine(Path(model), threads=1)
-        precision = ModelMetadata.from_props(engine.props, model).precision
-        size = engine.input_size or PRESETS["handheld"]
-        found.append(Backend(model, size, "onnxruntime", precision))
+    found += [of_model_file(model) for model in models]
     for text in only:
         if not any(text in each.name for each in found):
             raise LatencyError(
@@ -60,3 +56,11 @@ def select_backends(
                 + "\n".join(f"  {each.name}" for each in found)
             )
     return [each for each in found if not only or any(text in each.name for text in only)]
+
+
+def of_model_file(model: str) -> Backend:
+    """A model file in onnxruntime, at its own size, or at that of ``handheld`` if it has none."""
+    engine = OnnxRuntimeEngine(Path(model), threads=1)
+    precision = ModelMetadata.from_props(engine.props, model).precision
+    size = engine.input_size or PRESETS["handheld"]
+    return Backend(model, size, "onnxruntime", precision)

@@ -15,6 +15,7 @@ COMMANDS = {
     "latency": ("--threads", "--trials", "--output", "--cache", "--edge-checkpoint"),
     "frame": ("--model", "--threads", "--trials", "--photos"),
     "table": ("--threads", "--trials", "--output", "--cache", "--edge-checkpoint"),
+    "trade-off": ("--model", "--threads", "--trials", "--output"),
     "roofline": ("--threads", "--trials", "--output", "--cache", "--edge-checkpoint"),
     "passes": ("--checkpoint", "--photos"),
     "reduced-decoding": ("--model",),

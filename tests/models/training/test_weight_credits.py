@@ -95,3 +95,29 @@ def test_a_section_is_ordered_and_linked_by_licence():
     assert "publicdomain/zero/1.0" in headings[1]
     assert "- “photos” by not stated\n" in section
     assert summary([TABLE, CITY, CHAIR]) == "CC-BY-3.0: 2, CC0-1.0: 1"
+
+
+@pytest.mark.parametrize(
+    ("licence", "linked"),
+    [
+        ("MIT", "[MIT](https://spdx.org/licenses/MIT.html)"),
+        ("MIT-0", "[MIT-0](https://spdx.org/licenses/MIT-0.html)"),
+        (
+            "BSD-3-Clause-Clear",
+            "[BSD-3-Clause-Clear](https://spdx.org/licenses/BSD-3-Clause-Clear.html)",
+        ),
+        (
+            "CC-BY-3.0 (models), Apache-2.0 (textures)",
+            "[CC-BY-3.0](https://creativecommons.org/licenses/by/3.0/) (models), "
+            "[Apache-2.0](https://spdx.org/licenses/Apache-2.0.html) (textures)",
+        ),
+        (
+            "CC-BY-NC-SA-4.0",
+            "[CC-BY-NC-SA-4.0](https://creativecommons.org/licenses/by-nc-sa/4.0/)",
+        ),
+        ("Microsoft 7-Scenes: non-commercial", "Microsoft 7-Scenes: non-commercial"),
+    ],
+)
+def test_every_known_licence_is_linked_to_its_text(licence, linked):
+    section = credits_section([Credit("a chair", "somebody", licence, "")])
+    assert f"### {linked}\n" in section
