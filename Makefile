@@ -9,8 +9,6 @@ WEB := examples/web
 # In processes of their own: not all inference and training libraries get on with each other in one.
 TESTS := tests/runtime tests/export tests/models tests/bench
 OTHER_TESTS := tests/test_cpp.py tests/test_examples.py tests/test_house.py tests/fuzz
-# One process more than cores: some wait for what another makes for all.
-TEST_PROCESSES := $(shell echo $$(($$(nproc) + 1)))
 
 # PyPI's torch for Linux is a CUDA build of several GB. Of the same version, pip prefers the CPU build
 # that this page lists; where the page cannot be reached, it warns and takes what it finds elsewhere.
@@ -32,7 +30,7 @@ demo: $(DEMO_VENV)/installed ## install the runtime alone, find the floor in exa
 
 test: $(VENV)/installed ## run all tests
 	@echo "Running about 2,500 tests: some fourteen minutes on two cores."
-	@set -e; for part in $(TESTS) "$(OTHER_TESTS)"; do OMP_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n $(TEST_PROCESSES) --dist loadgroup $$part; done
+	@set -e; for part in $(TESTS) "$(OTHER_TESTS)"; do OMP_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n auto $$part; done
 
 MINUTES ?= 10
 SEED ?= 0

@@ -29,6 +29,32 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 
+ONE_PROCESS = {
+    "tests/runtime/cli/test_infer_on_ray.py": "ray",
+    "tests/models/scenes/storage/test_on_ray.py": "ray",
+    "tests/models/video_labels/test_on_ray.py": "ray",
+    "tests/export/passes/test_pad_as_slices.py": "reference network",
+    "tests/export/passes/test_registry.py": "reference network",
+    "tests/export/test_partial_networks.py": "reference network",
+    "tests/bench/latency/test_benchmark.py": "latency",
+}
+"""Files that share what is slow to make, or a cluster: no other process waits for it."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Tests go wherever a process is free, those of ``ONE_PROCESS`` together.
+
+    pytest-xdist 3.8 writes its own groups where pytest 9.2 does not read them.
+    """
+    from xdist.scheduler import LoadScopeScheduling
+
+    class InGroups(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            return ONE_PROCESS.get(nodeid.split("::")[0], nodeid)
+
+    return InGroups(config, log)
+
 
 @pytest.fixture(scope="session")
 def metadata() -> ModelMetadata:

@@ -7,7 +7,6 @@ from typer.testing import CliRunner
 from footprints_edge_models.cli import app
 
 pytest.importorskip("ray", reason="Ray is an extra: pip install 'footprints-edge[ray]'")
-pytestmark = pytest.mark.xdist_group("ray")  # the others of this group start clusters, too
 
 
 def test_ray_s_workers_write_the_same_bytes(tmp_path, monkeypatch):
