@@ -30,7 +30,7 @@ demo: $(DEMO_VENV)/installed ## install the runtime alone, make the first pictur
 
 test: $(VENV)/installed ## run all tests
 	@echo "Running about 2,500 tests: some fourteen minutes on two cores."
-	@set -e; for part in $(TESTS) "$(OTHER_TESTS)"; do OMP_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n auto --dist loadgroup $$part; done
+	@set -e; for part in $(TESTS) "$(OTHER_TESTS)"; do OMP_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n auto $$part; done
 
 MINUTES ?= 10
 SEED ?= 0

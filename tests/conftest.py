@@ -29,6 +29,32 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 
+ONE_PROCESS = {
+    "tests/runtime/cli/test_infer_on_ray.py": "ray",
+    "tests/models/scenes/storage/test_on_ray.py": "ray",
+    "tests/models/video_labels/test_on_ray.py": "ray",
+    "tests/export/passes/test_pad_as_slices.py": "reference network",
+    "tests/export/passes/test_registry.py": "reference network",
+    "tests/export/test_partial_networks.py": "reference network",
+    "tests/bench/latency/test_benchmark.py": "latency",
+}
+"""Files that share what is slow to make, or a cluster: no other process waits for it."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Tests go wherever a process is free, those of ``ONE_PROCESS`` together.
+
+    pytest-xdist 3.8 writes its own groups where pytest 9.2 does not read them.
+    """
+    from xdist.scheduler import LoadScopeScheduling
+
+    class InGroups(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            return ONE_PROCESS.get(nodeid.split("::")[0], nodeid)
+
+    return InGroups(config, log)
+
 
 @pytest.fixture(scope="session")
 def metadata() -> ModelMetadata:
@@ -105,32 +131,29 @@ def once(tmp_path_factory):
 def graphs_once(once):
     """Makes each graph that torch's exporter gives once for all test processes.
 
-    It is known by architecture, part, weights and size. A graph takes 10 to 40 seconds.
+    It is known by architecture, part, weights and size. A graph takes some 12 seconds.
     """
     import onnx
     import onnx_ir as ir
 
-    from footprints_edge_export import convert as convert_module
     from footprints_edge_export.graph import torch_export
     from footprints_edge_export.graph.editing import to_proto
 
-    made, to_graph = {}, torch_export.to_graph
+    made, traced = {}, torch_export.traced
 
-    def remembered(network, size, *, gives_maps=False):
+    def remembered(network, size):
         part = (getattr(network, "outputs", None), getattr(network, "scale", None))
         weights = sum(tensor.double().sum().item() for tensor in network.state_dict().values())
-        key = (type(network).__name__, part, weights, size, gives_maps)
+        key = (type(network).__name__, part, weights, size)
         if key not in made:
             name = f"graph-{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}"
 
             def make(_folder):
-                graph = to_graph(network, size, gives_maps=gives_maps)
-                return to_proto(graph).SerializeToString()
+                return to_proto(traced(network, size)).SerializeToString()
 
             made[key] = ir.from_proto(onnx.load_from_string(once(name, make)))
         return made[key].clone()
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (convert_module, torch_export):
-            patch.setattr(module, "to_graph", remembered)
+        patch.setattr(torch_export, "traced", remembered)
         yield

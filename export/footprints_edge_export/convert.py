@@ -83,7 +83,7 @@ def export(job: Job, folder: Path) -> ExportedGraph:
     whole = trained(conversion.architecture, job.checkpoint)
     network = job.architecture.part(whole, conversion.outputs, conversion.scale).eval()
     logger.info("exporting %s", job.checkpoint)
-    graph = to_graph(network, conversion.size, gives_maps=True)
+    graph = to_graph(network, conversion.size)
     normalisation = split_normalisation(graph)
     apply_passes(graph, PassStage.FLOAT, PASSES)
     return ExportedGraph(

@@ -8,7 +8,6 @@ import sys
 import numpy as np
 import onnx
 import pytest
-import torch
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -216,19 +215,3 @@ def test_a_failed_verification_is_a_model_problem(main, edge_checkpoint, tmp_pat
     assert (code, out) == (3, "")
     assert "no file was written" in err
     assert list(tmp_path.iterdir()) == []
-
-
-def test_weights_in_half_precision_convert(main, edge_network, tmp_path):
-    """Training keeps half precision; the file computes in single."""
-    half = {
-        k: v.half() if v.is_floating_point() else v for k, v in edge_network.state_dict().items()
-    }
-    torch.save(half, tmp_path / "weights.pt")
-    code, *_ = main(
-        *("convert", tmp_path / "weights.pt", "-o", tmp_path / "a.onnx", "--arch", "edge"),
-        *("--size", "64x96"),
-    )
-    assert code == 0
-    model = onnx.load(tmp_path / "a.onnx")
-    kinds = {tensor.data_type for tensor in model.graph.initializer}
-    assert onnx.TensorProto.FLOAT16 not in kinds

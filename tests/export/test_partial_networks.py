@@ -27,12 +27,12 @@ def image():
 
 @pytest.fixture(scope="module")
 def two_decoders(edge_network):
-    """The edge network with a coarse decoder that has a say."""
+    """The edge network with a coarse decoder that has a say; half precision holds its weights."""
     torch.manual_seed(1)
     network = EdgeNetwork(coarse_decoder=True)
     network.load_state_dict(edge_network.state_dict(), strict=False)
     torch.nn.init.normal_(network.coarse_head.weight, 0, 0.1)
-    return network.eval()
+    return network.half().float().eval()
 
 
 @pytest.fixture(scope="module")
@@ -58,13 +58,19 @@ def test_part_of_two_decoders_is_those_channels_of_the_whole(two_decoders, image
 
 
 def test_two_decoders_convert_as_their_weights_say(two_decoders, conversion, run, image, tmp_path):
+    """Training keeps half precision; the file computes in single."""
     checkpoint, path = tmp_path / "weights.pt", tmp_path / "a.onnx"
-    torch.save(two_decoders.state_dict(), checkpoint)
+    weights = two_decoders.state_dict()
+    half = {k: v.half() if v.is_floating_point() else v for k, v in weights.items()}
+    torch.save(half, checkpoint)
     convert(checkpoint, path, conversion(size=SIZE), overwrite=False)
     picture = (image * 255).byte()
     with torch.no_grad():
         expected = raw_to_maps(two_decoders(picture / 255))
-    (maps,) = run(onnx.load(path), picture.permute(0, 2, 3, 1).numpy())
+    model = onnx.load(path)
+    kinds = {tensor.data_type for tensor in model.graph.initializer}
+    assert onnx.TensorProto.FLOAT16 not in kinds
+    (maps,) = run(model, picture.permute(0, 2, 3, 1).numpy())
     np.testing.assert_allclose(maps, expected.numpy(), rtol=1e-3, atol=1e-4)
 
 

@@ -186,7 +186,8 @@ class ModelCache:
             training=_TRAINING,
         )
         images = self.calibration_images(size or (256, 448)) if precision == "int8" else []
-        write_stock(self.network(network), metadata, size, images, folder / "model.onnx")
+        whole = architecture.part(self.network(network), "all", 1).eval()
+        write_stock(whole, metadata, size, images, folder / "model.onnx")
 
 
 def part_of(precision: str) -> str:

@@ -26,7 +26,7 @@ def write_stock(
     """Exports a network without graph passes; only the uint8 input is added.
 
     Args:
-        network: RGB float32 (B, 3, H, W) in [0, 1] to raw channels.
+        network: RGB float32 (1, 3, H, W) in [0, 1] to maps, as conversions export it.
         metadata: metadata of the file; its precision decides whether to quantize.
         size: (H, W) of the input; None for any.
         images: calibration images for ``int8``, uint8 (1, H, W, 3).

@@ -59,7 +59,9 @@ def measure_gains(
     from footprints_edge_export.architectures import ARCHITECTURES
 
     images = [synthetic_photo(size, seed)[None] for seed in range(2)]
-    network = with_calibrated_random_weights(ARCHITECTURES[architecture].network.build(), images)
+    exported = ARCHITECTURES[architecture]
+    whole = with_calibrated_random_weights(exported.network.build(), images)
+    network = exported.part(whole, "all", 1).eval()
     image = np.random.default_rng(0).integers(0, 256, (1, *size, 3), dtype=np.uint8)
     sessions = {
         name: session_of(model, threads)
@@ -106,7 +108,7 @@ def variants(
     """The graph of a network as exported, then after each further pass.
 
     Args:
-        network: RGB float32 (B, 3, H, W) in [0, 1] to raw channels.
+        network: RGB float32 (1, 3, H, W) in [0, 1] to maps, as conversions export it.
         precision: ``fp32`` or ``int8``.
         size: (H, W).
         images: calibration images for int8, uint8 (1, H, W, 3) each.

@@ -60,12 +60,12 @@ def measure_changes(
         ImageError: a folder holds no photo, or a photo cannot be read.
         ModelError: the checkpoint does not fit the architecture.
     """
-    from footprints_edge_export.architectures import trained
+    from footprints_edge_export.architectures import ARCHITECTURES, trained
     from footprints_edge_export.graph.editing import to_proto
     from footprints_edge_export.quantization.calibration import split_photos
     from footprints_edge_export.verification.compare import compare_maps
 
-    network = trained(architecture, checkpoint)
+    network = ARCHITECTURES[architecture].part(trained(architecture, checkpoint), "all", 1).eval()
     calibration, held_out = (
         [preprocess(decode(path).rgb, size) for path in paths] for paths in split_photos(photos)
     )

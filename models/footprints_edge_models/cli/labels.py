@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained
-from footprints_edge_models.cli.options import Jobs, size_of
+from footprints_edge_models.cli.options import Engine, JobEngine, Jobs, size_of
 
 if TYPE_CHECKING:
     from footprints_edge_models.sequences.sequence import Sequence
@@ -23,13 +23,6 @@ class GroundOrigin(StrEnum):
     DEPTH = "depth"
     TEACHER = "teacher"
     MODEL = "model"
-
-
-class JobEngine(StrEnum):
-    """Where a job runs."""
-
-    LOCAL = "local"
-    RAY = "ray"
 
 
 def labels(
@@ -78,9 +71,7 @@ def labels(
         int | None, typer.Option(min=1, help="Use every Nth neighbouring frame (2).")
     ] = None,
     jobs: Jobs = None,
-    engine: Annotated[
-        JobEngine, typer.Option(help="This machine's cores, or Ray (the cluster of RAY_ADDRESS).")
-    ] = JobEngine.LOCAL,
+    engine: Engine = JobEngine.LOCAL,
 ) -> None:
     """Make training labels of a moving camera's frames; print a summary as JSON.
 

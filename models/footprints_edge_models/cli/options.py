@@ -59,6 +59,18 @@ class NetworkName(StrEnum):
     REFERENCE = "reference"
 
 
+class JobEngine(StrEnum):
+    """Where a job runs."""
+
+    LOCAL = "local"
+    RAY = "ray"
+
+
+Engine = Annotated[
+    JobEngine, typer.Option(help="This machine's cores, or Ray (the cluster of RAY_ADDRESS).")
+]
+
+
 class Balance(StrEnum):
     """How pixels of S* are weighed against each other."""
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from footprints_edge.cli.exit_codes import SOME_FAILED, complain, explained
-from footprints_edge_models.cli.options import Jobs, size_of
+from footprints_edge_models.cli.options import Engine, JobEngine, Jobs, size_of
 
 if TYPE_CHECKING:
     from footprints_edge.parallel.job import ItemOutcome
@@ -66,6 +66,7 @@ def scenes(
         ),
     ] = None,
     jobs: Jobs = None,
+    engine: Engine = JobEngine.LOCAL,
     preview: Annotated[
         Path | None, typer.Option(help="Write a contact sheet of the folder, a PNG.")
     ] = None,
@@ -93,11 +94,15 @@ def scenes(
             raise typer.BadParameter("--beside needs --preview: it decides what is on the sheet")
         if views is None:
             views = VIEWS_WITH_ASSETS if assets else 1
+        on_ray = engine is JobEngine.RAY
+        if on_ray:
+            with explained("ray"):
+                import ray  # noqa: F401  (says now what is missing)
         settings = SceneSettings(split.value, seed, size_of(size), views=views)
         processes = jobs or usable_cores()
         start = time.perf_counter()
         pack = _pack(output, assets or [])
-        outcomes = _make(output, settings, textures or [], count, processes, pack)
+        outcomes = _make(output, settings, textures or [], count, processes, pack, on_ray=on_ray)
         seconds = time.perf_counter() - start
         looks = None
         if preview is not None and beside:
@@ -151,6 +156,8 @@ def _make(
     count: int,
     processes: int,
     pack: Path | None,
+    *,
+    on_ray: bool,
 ) -> list["ItemOutcome[int, ScenePictures]"]:
     """Makes the scenes behind a progress bar; every scene's outcome."""
     from tqdm import tqdm
@@ -168,5 +175,7 @@ def _make(
                 complain(f"scene {outcome.item} failed: {outcome.reason}")
             bar.update()
 
-        make_scenes(output, settings, textures, count, processes, report, assets=pack)
+        make_scenes(
+            output, settings, textures, count, processes, report, assets=pack, on_ray=on_ray
+        )
     return outcomes

@@ -2,7 +2,6 @@
 
 import io
 import json
-import multiprocessing
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge.parallel.job import ReportOutcome
+from footprints_edge.parallel.on_ray import run_on_ray
 from footprints_edge.parallel.processes import run_in_processes
 from footprints_edge.parallel.serial import run_serially
 from footprints_edge_models.asset_files.pack import AssetPack
@@ -55,12 +55,14 @@ class SceneJob:
         settings: decide every scene.
         library: textures of the settings' split.
         pictures: numbers of the pictures that shall be in the folder.
+        shares_cores: whether other processes work on it as well, one for every core.
     """
 
     folder: Path
     settings: SceneSettings
     library: TextureLibrary
     pictures: range
+    shares_cores: bool
 
     @property
     def scenes(self) -> range:
@@ -85,8 +87,8 @@ class SceneJob:
 
     def start(self) -> Callable[[int], ScenePictures]:
         """The function that makes the missing pictures of a scene."""
-        if multiprocessing.parent_process() is not None:
-            cv2.setNumThreads(1)  # there is a process for every core
+        if self.shares_cores:
+            cv2.setNumThreads(1)
         return self._make
 
     def _missing(self, scene: int) -> list[int]:
@@ -140,6 +142,8 @@ def make_scenes(
     report: ReportOutcome[int, ScenePictures],
     first: int = 0,
     assets: Path | None = None,
+    *,
+    on_ray: bool = False,
 ) -> None:
     """Makes the pictures ``first`` to ``first + count`` that are not there yet.
 
@@ -155,11 +159,16 @@ def make_scenes(
         report: called with the outcome of every scene.
         first: number of the first picture; parts of one set can be made on several machines.
         assets: pack of 3D models to furnish with; see ``asset_files.pack``.
+        on_ray: whether Ray's workers make the scenes, ``processes`` of them where no cluster runs.
+            All files must be where every machine of the cluster sees them.
 
     Raises:
         SceneFilesError: the folder was begun with other settings.
         AssetError: the pack cannot be read.
     """
+    # Ray's workers have working directories of their own.
+    folder, textures = folder.absolute(), [path.absolute() for path in textures]
+    assets = None if assets is None else assets.absolute()
     library = scene_library(settings.split, textures, assets)
     named = tuple(
         (path.resolve().name, sum(path in photo.parents for photo in library.photos))
@@ -168,9 +177,12 @@ def make_scenes(
     pack = None if assets is None else AssetPack(assets)
     settings = replace(settings, textures=named, assets=pack.fingerprint if pack else "")
     write_settings(folder, settings)
-    job = SceneJob(folder, settings, library, range(first, first + count))
+    shares_cores = on_ray or processes > 1
+    job = SceneJob(folder, settings, library, range(first, first + count), shares_cores)
     try:
-        if processes == 1:
+        if on_ray:
+            run_on_ray(job, job.scenes, report, workers=processes, run_length=1)
+        elif processes == 1:
             run_serially(job, job.scenes, report)
         else:
             run_in_processes(job, job.scenes, report, processes=processes, run_length=1)

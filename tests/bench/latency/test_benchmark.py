@@ -19,12 +19,26 @@ from footprints_edge_bench.latency.machine import machine
 from footprints_edge_bench.latency.plot import draw
 from footprints_edge_bench.latency.tables import as_json, as_markdown
 from footprints_edge_bench.model_files.model_cache import ModelCache, part_of
+from footprints_edge_models.networks import reference
 
 pytestmark = pytest.mark.usefixtures("graphs_once")
 
 SIZE = (64, 96)
 
 HAS_OPENVINO = importlib.util.find_spec("openvino") is not None
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _shallow_reference():
+    """The reference network with one block a layer: files and rows as of the deep one, sooner."""
+    layer = reference._layer
+
+    def shallow(inputs, outputs, *, stride, **_):
+        return layer(inputs, outputs, blocks=1, stride=stride)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reference, "_layer", shallow)
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,6 @@ from footprints_edge_models.video_labels.job import LabelJob, make_labels
 from footprints_edge_models.video_labels.labeller import LabelSettings
 
 ray = pytest.importorskip("ray", reason="Ray is an extra: pip install 'footprints-edge[ray]'")
-pytestmark = pytest.mark.xdist_group("ray")  # its cluster is started once
 
 
 HERE = Path(__file__).parent

@@ -18,7 +18,6 @@ from footprints_edge.cli.infer_on_ray import infer_on_ray
 from footprints_edge.cli.run_infer import run_infer
 
 pytest.importorskip("ray", reason="Ray is an extra: pip install 'footprints-edge[ray]'")
-pytestmark = pytest.mark.xdist_group("ray")  # its cluster is started once
 
 
 @pytest.fixture(scope="module")
