@@ -44,6 +44,7 @@ class GroundTruth:
         boxes: objects in the image, for the box baseline.
         voxels: the scene in voxels, for the voxel baselines.
         footprints: bool, ground that things take, wherever it is.
+        false_depth: finds where other frames refute `visible_depth_m`, bool.
     """
 
     image: Path
@@ -57,6 +58,7 @@ class GroundTruth:
     boxes: tuple[Box, ...] | None = None
     voxels: VoxelGrid | None = None
     footprints: Mask | None = None
+    false_depth: Callable[[], Mask] | None = None
 
 
 @dataclass(frozen=True)

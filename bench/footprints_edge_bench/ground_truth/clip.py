@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footprints_edge.foundation.types import Mask
 from footprints_edge_bench.geometry.convex_hull import convex_hull
 from footprints_edge_bench.ground_truth.base import GroundTruth, Item, LabelledMask
+from footprints_edge_bench.ground_truth.false_depth import seen_through
 
 if TYPE_CHECKING:
     from footprints_edge_models.mapping.floor_map import FloorMap
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
 
 _PLANE_STRIDE = 4
 """The floor plane is fitted to every Nth frame."""
+
+_APART = range(4, 31, 3)
+"""Distances, in frames, of those that may refute a frame's depth: nearer ones share its errors."""
 
 
 def is_clip(folder: Path) -> bool:
@@ -91,4 +96,13 @@ class Clip:
             view.depth_m,
             np.where(ground, floor_depth_m, 0).astype(np.float32),
             convex_hull(visible),
+            false_depth=partial(self._false_depth, frame),
         )
+
+    def _false_depth(self, frame: "SequenceFrame") -> Mask:
+        """Where frames some way before and after look through the frame's depth."""
+        frames = self.sequence.frames
+        at = next(place for place, each in enumerate(frames) if each is frame)
+        places = (at + apart for distance in _APART for apart in (-distance, distance))
+        others = (frames[place].measured() for place in places if 0 <= place < len(frames))
+        return seen_through(frame.measured(), others)

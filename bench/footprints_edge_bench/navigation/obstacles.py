@@ -1,7 +1,7 @@
 """The nearest obstacle by bearing: what a prediction reports against the measured depth.
 
 The truth is the nearest surface between the heights of a step and of the robot above the true
-ground, in the measured or exact depth.
+ground, in the measured or exact depth. Measured depth that other frames refute is left out.
 """
 
 import math
@@ -20,6 +20,7 @@ from footprints_edge.geometry.obstacle_heights import ROBOT_HEIGHT_M, STEP_HEIGH
 from footprints_edge.prediction import Prediction
 from footprints_edge_bench.accuracy.benchmark import Benchmark
 from footprints_edge_bench.foundation.markdown import markdown_table
+from footprints_edge_bench.ground_truth.base import GroundTruth
 from footprints_edge_bench.navigation.occupancy import exact_prediction
 
 BEARINGS_DEG = np.arange(-24.0, 25.0, 2.0)
@@ -37,6 +38,9 @@ _LEAST_PX = 12
 """Pixels of the true depth that make a thing, within `_DEEP` of its distance."""
 
 _DEEP = 0.08
+
+_PARTS = 7
+"""Parts of equal size into which ranges are divided, near to far."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +112,8 @@ def score_obstacles(
             plane = exact.ground_plane()
         except GroundPlaneError:
             continue
-        assert ground_truth.visible_depth_m is not None
         true_m = nearest_things_m(
-            ground_truth.visible_depth_m, exact.intrinsics, plane, BEARINGS_DEG
+            _believed_depth_m(ground_truth), exact.intrinsics, plane, BEARINGS_DEG
         )
         there = np.isfinite(true_m)
         if not there.any():
@@ -125,6 +128,14 @@ def score_obstacles(
                 known_m = np.where(np.isnan(found), np.inf, found).astype(np.float64)
                 scores[row + suffix].append(ObstacleScore(known_m[there], true_m[there], answered))
     return scores
+
+
+def _believed_depth_m(ground_truth: GroundTruth) -> Floats:
+    """The true depth; 0, unknown, where other frames look through what was measured."""
+    assert ground_truth.visible_depth_m is not None
+    if ground_truth.false_depth is None:
+        return ground_truth.visible_depth_m
+    return np.where(ground_truth.false_depth(), np.float32(0), ground_truth.visible_depth_m)
 
 
 def as_markdown(scores: Mapping[str, Sequence[ObstacleScore]]) -> str:
@@ -156,8 +167,34 @@ def as_markdown(scores: Mapping[str, Sequence[ObstacleScore]]) -> str:
     count = max((len(of_row) for of_row in scores.values()), default=0)
     return (
         f"## Nearest obstacle, {STEP_HEIGHT_M:g} to {ROBOT_HEIGHT_M:g} m high: {count} images\n\n"
-        f"{markdown_table(heading, rows)}\n"
+        f"{markdown_table(heading, rows)}\n{_by_range(scores)}"
     )
+
+
+def _by_range(scores: Mapping[str, Sequence[ObstacleScore]]) -> str:
+    """Tables of the share of reported ranges that are right, by range, for the plain rows.
+
+    `navigation/range_scan.py` holds those of the bundled model: the confidence of a scan.
+    """
+    tables = []
+    for row, of_row in scores.items():
+        if row.endswith((KNOWN_POSE, WALKABLE)) or not any(score.answered for score in of_row):
+            continue
+        reported_m, true_m = (
+            np.concatenate([getattr(score, name) for score in of_row if score.answered])
+            for name in ("reported_m", "true_m")
+        )
+        order = np.argsort(reported_m, kind="stable")
+        parts = np.array_split(order[np.isfinite(reported_m[order])], _PARTS)
+        cells = []
+        for part in parts:
+            ratio = reported_m[part] / true_m[part]
+            right = (ratio <= TOO_FAR) & (ratio >= TOO_NEAR)
+            if part.size:
+                cells.append([f"{np.median(reported_m[part]):.2f}", f"{right.mean():.2f}"])
+        heading = [f"{row}: range (m)", "Within a quarter of the true one"]
+        tables.append(f"\n{markdown_table(heading, cells)}\n")
+    return "".join(tables)
 
 
 def _share(where: NDArray[np.bool_]) -> str:

@@ -16,7 +16,7 @@ constexpr double NEAREST_M = 0.2;
 constexpr double RANGE_STEP = 0.02; /* length of a bin, as a share of its range */
 constexpr int RANGES = 277;         /* ceil(ln(50 m / NEAREST_M) / RANGE_STEP) */
 constexpr int BEARINGS = 181;       /* from -90 to 90 degrees */
-constexpr int WINDOW = 6;           /* a bin is judged together with the bins before it */
+constexpr int WINDOW = 6;           /* a bin is judged together with the bins behind it */
 constexpr double LEAST_SEEN_M = 0.01;
 constexpr int LEAST_PX = 3;
 constexpr double RAISED = 0.35;  /* visible ground above this share of the camera's height is none */
@@ -126,9 +126,9 @@ Obstacles::Obstacles(const Prediction &prediction, double robot_height_m)
             if (!count[bin]) continue;
             int seen = 0;
             double seen_m = 0;
-            for (int before = 0; before < WINDOW && before <= range; before++) {
-                seen += count[bin - before];
-                seen_m += surface_m[bin - before];
+            for (int behind = 0; behind < WINDOW && range + behind < RANGES; behind++) {
+                seen += count[bin + behind];
+                seen_m += surface_m[bin + behind];
             }
             occupied_[bin] = seen >= LEAST_PX && seen_m >= LEAST_SEEN_M;
         }

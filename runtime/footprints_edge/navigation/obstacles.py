@@ -30,7 +30,8 @@ _RANGE_STEP = 0.02
 """Length of a bin, as a share of its range."""
 
 _WINDOW = 6
-"""A bin is judged together with the bins before it: 12 % of the range, about the depth's error."""
+"""A bin is judged together with the bins behind it: 12 % of the range, about the depth's error. So
+a surface that spreads over some bins begins at the nearest."""
 
 _LEAST_SEEN_M = 0.01
 """Height of the surface seen in a window, over the width of a bin, that makes an obstacle."""
@@ -185,9 +186,9 @@ def _found(prediction: GroundMaps, robot_height_m: float) -> Obstacles:
     of_bin = {"minlength": _BEARINGS * _RANGES}
     count, surface_m = np.bincount(index, **of_bin), np.bincount(index, seen_m, **of_bin)
     hit = np.flatnonzero(count)
-    first = np.searchsorted(hit, np.maximum(hit + 1 - _WINDOW, hit - hit % _RANGES))
-    enough = _from(first, count[hit]) >= _LEAST_PX
-    enough &= _from(first, surface_m[hit]) >= _LEAST_SEEN_M
+    end = np.searchsorted(hit, np.minimum(hit + _WINDOW, hit - hit % _RANGES + _RANGES))
+    enough = _up_to(end, count[hit]) >= _LEAST_PX
+    enough &= _up_to(end, surface_m[hit]) >= _LEAST_SEEN_M
     occupied = np.zeros(_BEARINGS * _RANGES, bool)
     occupied[hit[enough]] = True
     in_view = _bearings_in_view(axes, across, along)
@@ -252,11 +253,11 @@ def _centres() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return angle, _NEAREST_M * np.exp((np.arange(_RANGES) + 0.5) * _RANGE_STEP)
 
 
-def _from(first: NDArray[np.intp], values: NDArray[np.number]) -> NDArray[np.float64]:
-    """Sums of the values (n,) from `first` (n,) to each place, both included."""
+def _up_to(end: NDArray[np.intp], values: NDArray[np.number]) -> NDArray[np.float64]:
+    """Sums of the values (n,) from each place to `end` (n,), which is not included."""
     sums = np.zeros(len(values) + 1)
     np.cumsum(values, out=sums[1:])
-    windows: NDArray[np.float64] = sums[1:] - sums[first]
+    windows: NDArray[np.float64] = sums[end] - sums[:-1]
     return windows
 
 

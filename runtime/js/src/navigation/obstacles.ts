@@ -29,7 +29,7 @@ const [NEAREST_M, FARTHEST_M] = [0.2, 50];
 /** Length of a bin, as a share of its range. */
 const RANGE_STEP = 0.02;
 
-/** A bin is judged together with the bins before it: 12 % of the range, about the depth's error. */
+/** A bin is judged together with the bins behind it: 12 % of the range, about the depth's error. */
 const WINDOW = 6;
 
 /** Height of the surface seen in a window, over the width of a bin, that makes an obstacle. */
@@ -173,10 +173,11 @@ export function findObstacles(maps: GroundMaps, robotHeightM = ROBOT_HEIGHT_M): 
   for (let bearing = 0; bearing < BEARINGS; bearing++) {
     let seen = 0;
     let seenM = 0;
-    for (let place = 0; place < RANGES; place++) {
+    for (let place = RANGES - 1; place >= 0; place--) {
       const bin = bearing * RANGES + place;
-      seen += count[bin] - (place >= WINDOW ? count[bin - WINDOW] : 0);
-      seenM += surfaceM[bin] - (place >= WINDOW ? surfaceM[bin - WINDOW] : 0);
+      const isFar = place + WINDOW >= RANGES;
+      seen += count[bin] - (isFar ? 0 : count[bin + WINDOW]);
+      seenM += surfaceM[bin] - (isFar ? 0 : surfaceM[bin + WINDOW]);
       occupied[bin] = Number(count[bin] > 0 && seen >= LEAST_PX && seenM >= LEAST_SEEN_M);
     }
   }
