@@ -124,7 +124,7 @@ def _picture(
         render(of, geometry, solids, floor.camera, library, PLAIN, np.random.default_rng(seed))
         for of, geometry, solids in ((scene, *traced), (bare, bare_geometry, bare_solids))
     )
-    photo = (floor.image / np.float32(255)) ** np.float32(_GAMMA)
+    photo = np.asarray((floor.image / np.float32(255)) ** np.float32(_GAMMA), np.float32)
     shadow = np.clip(light / np.maximum(lit, 1e-3), _DARKEST_SHADOW, 1.05)
     shadow = cv2.GaussianBlur(shadow, (0, 0), 1.0)
     shaded = photo * np.where(floor.walkable[..., None], shadow, 1)
@@ -153,7 +153,7 @@ def _in_light_of(
     seen = floor.mask & (cover[..., 0] < LEAST_SHOWN)
     if not seen.any():
         seen = floor.mask
-    gain = np.median(photo[seen]) / max(float(np.median(lit[seen])), 1e-3)
+    gain = float(np.median(photo[seen])) / max(float(np.median(lit[seen])), 1e-3)
     gain = float(np.clip(gain * np.exp(rng.normal(0.25, 0.35)), 0.15, 1.6))
     mean = photo.reshape(-1, 3).mean(axis=0)
     tint = np.clip(mean / max(float(mean.mean()), 1e-3), 0.5, 2) ** 0.3
