@@ -41,6 +41,13 @@ ONE_PROCESS = {
 """Files that share what is slow to make, or a cluster: no other process waits for it."""
 
 
+def pytest_configure():
+    """A file that was moved would lose its process unseen."""
+    checkout = Path(__file__).resolve().parents[1]
+    if gone := [name for name in ONE_PROCESS if not (checkout / name).is_file()]:
+        raise pytest.UsageError(f"ONE_PROCESS names {gone[0]}, which is not there")
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """Tests go wherever a process is free, those of ``ONE_PROCESS`` together.

@@ -54,7 +54,7 @@ def trade_off_command(
         steps = len(benchmark.items()) + trials * len(benchmark.models)
         with progress_bar(steps, "step") as progress:
             found = trade_off(benchmark, setting, facts, trials, progress)
+        typer.echo(found.as_markdown(), nl=False)
         if output is not None:
             output.parent.mkdir(parents=True, exist_ok=True)
             found.draw(output)
-        typer.echo(found.as_markdown(), nl=False)

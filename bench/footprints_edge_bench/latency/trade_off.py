@@ -4,6 +4,7 @@ Accuracy is the mean of freespace and footprint IoU over the datasets, each of w
 Time is that of the network alone, all models in turns.
 """
 
+import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge.foundation.types import Size
 from footprints_edge.model import Model
 from footprints_edge_bench.accuracy.baselines import estimate_of
@@ -141,7 +143,9 @@ class TradeOff:
         axes.grid(visible=True, alpha=0.25)
         axes.spines[["top", "right"]].set_visible(False)
         figure.supxlabel(self._caption(), fontsize=7, color="#555555")
-        figure.savefig(path, dpi=130)
+        png = io.BytesIO()
+        figure.savefig(png, format="png", dpi=130)
+        write_atomically(path, png.getvalue())
 
     def _caption(self) -> str:
         versions = self.machine.versions

@@ -22,7 +22,7 @@ KNOWN = {
     ),
     "houses": Credit("photos of houses and rooms", _NOT_STATED, _NOT_STATED, ""),
     "openimages": Credit(
-        "1,074 photos of Open Images V4, from the DoorDetect data set",
+        "photos of Open Images, from the DoorDetect data set",
         "their photographers, on Flickr; each photo is named by its id",
         "CC-BY-2.0",
         "https://github.com/MiguelARD/DoorDetect-Dataset",

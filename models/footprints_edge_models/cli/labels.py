@@ -75,7 +75,8 @@ def labels(
 ) -> None:
     """Make training labels of a moving camera's frames; print a summary as JSON.
 
-    An unfinished folder is resumed. Exit codes: 0 all done, 1 some frames failed, 2 usage.
+    An unfinished folder is resumed. Exit codes: 0 all done, 1 some frames failed, 2 usage, 3
+    problem with the model or the teacher.
     """
     with explained("train"):
         from footprints_edge.foundation.cores import usable_cores

@@ -22,9 +22,9 @@ def photos(
 ) -> None:
     """Label the photos of FOLDER by a segmenter; print a summary as JSON.
 
-    Photos that are narrow, or black and white, are left out.
+    Photos that are narrow, or black and white, are left out; those that are labelled are kept.
 
-    Exit codes: 0 all done, 1 some photos were left out, 2 usage, 3 problem with the segmenter.
+    Exit codes: 0 all done, 1 some photos cannot be read, 2 usage, 3 problem with the segmenter.
     """
     with explained("train"):
         from tqdm import tqdm
@@ -32,14 +32,15 @@ def photos(
         from footprints_edge_models.data.photo_labels import label_photos
         from footprints_edge_models.segmenter import read_segmenter
 
-        reasons = list(
-            tqdm(label_photos(folder, output, read_segmenter(source)), unit="photo", disable=None)
-        )
-        for reason in filter(None, reasons):
-            complain(f"left out: {reason}")
-        left_out = len(reasons) - reasons.count(None)
-        typer.echo(
-            json.dumps({"folder": str(output), "photos": reasons.count(None), "left_out": left_out})
-        )
-        if left_out:
+        counts = {"photos": 0, "left_out": 0, "failed": 0}
+        outcomes = label_photos(folder, output, read_segmenter(source))
+        for outcome in tqdm(outcomes, unit="photo", disable=None):
+            if outcome is None:
+                counts["photos"] += 1
+                continue
+            what = "left_out" if isinstance(outcome, str) else "failed"
+            counts[what] += 1
+            complain(f"{what.replace('_', ' ')}: {outcome}")
+        typer.echo(json.dumps({"folder": str(output), **counts}))
+        if counts["failed"]:
             raise typer.Exit(SOME_FAILED)

@@ -11,6 +11,7 @@ from footprints_edge.errors import ImageError
 from footprints_edge.foundation.atomic_write import write_atomically
 from footprints_edge.inputs.images import decode
 from footprints_edge.inputs.preprocessing import resized
+from footprints_edge_models.data.errors import DatasetError
 from footprints_edge_models.data.readers.pictures import list_pictures
 from footprints_edge_models.sample import nearest, within
 from footprints_edge_models.segmenter import Segmenter
@@ -24,44 +25,58 @@ and white."""
 _JPEG_QUALITY = 88
 
 
-def label_photos(folder: Path, output: Path, segment: Segmenter) -> Iterator[str | None]:
+def label_photos(
+    folder: Path, output: Path, segment: Segmenter
+) -> Iterator[str | ImageError | None]:
     """Writes ``images/NAME.jpg`` and ``labels/NAME.png`` for the photos of a folder.
 
+    Those that are there are kept.
+
     Yields:
-        For each photo None, or why it was left out.
+        For each photo None, or why it was left out, or the error where it cannot be read.
 
     Raises:
-        DatasetError: there is no such folder.
+        DatasetError: there is no such folder, or no photo in it.
     """
+    paths = list_pictures(folder)
+    if not paths:
+        raise DatasetError(f"{folder}: no photos in it")
     for part in ("images", "labels"):
         (output / part).mkdir(parents=True, exist_ok=True)
-    for path in list_pictures(folder):
+    names: set[str] = set()
+    for path in paths:
+        if path.stem in names:
+            yield f"{path}: there is another photo of this name"
+            continue
+        names.add(path.stem)
+        if (output / "images" / f"{path.stem}.jpg").is_file():
+            yield None
+            continue
         try:
             image = decode(path).rgb
         except ImageError as error:
-            yield str(error)
+            yield error
             continue
-        size = within((image.shape[0], image.shape[1]), LONGEST_SIDE_PX)
-        if size != image.shape[:2]:
-            image = resized(image, size)
-        if min(size) < LEAST_SIDE_PX:
-            yield f"{path}: {size[1]} x {size[0]} pixels of {LONGEST_SIDE_PX}; it is too narrow"
-        elif _is_grey(image):
-            yield f"{path}: it is black and white"
-        else:
-            _write(output, path.stem, image, nearest(segment(image), size))
-            yield None
+        yield _label(path, image, output, segment)
+
+
+def _label(path: Path, image: NDArray[np.uint8], output: Path, segment: Segmenter) -> str | None:
+    """Labels a photo; returns why not."""
+    size = within((image.shape[0], image.shape[1]), LONGEST_SIDE_PX)
+    if size != image.shape[:2]:
+        image = resized(image, size)
+    if min(size) < LEAST_SIDE_PX:
+        return f"{path}: {size[1]} x {size[0]} pixels of {LONGEST_SIDE_PX}; it is too narrow"
+    if _is_grey(image):
+        return f"{path}: it is black and white"
+    labels = cv2.imencode(".png", nearest(segment(image), size))[1].tobytes()
+    bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
+    photo = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
+    write_atomically(output / "labels" / f"{path.stem}.png", labels)
+    write_atomically(output / "images" / f"{path.stem}.jpg", photo)  # last: then it is whole
+    return None
 
 
 def _is_grey(image: NDArray[np.uint8]) -> bool:
     level = image.mean(axis=2, keepdims=True)
     return float(np.abs(image - level).mean()) < GREY
-
-
-def _write(output: Path, name: str, image: NDArray[np.uint8], ids: NDArray[np.uint8]) -> None:
-    bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
-    flags = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
-    write_atomically(
-        output / "images" / f"{name}.jpg", cv2.imencode(".jpg", bgr, flags)[1].tobytes()
-    )
-    write_atomically(output / "labels" / f"{name}.png", cv2.imencode(".png", ids)[1].tobytes())

@@ -39,7 +39,7 @@ def compose(
 ) -> Composite:
     """The photo with things standing on its floor.
 
-    Nothing in the photo can stand before a thing: all of its footprint that is in view is floor
+    Little in the photo can stand before a thing: nearly all of its place that is in view is floor
     that is seen.
 
     Raises:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 MODEL, TAKEN = 100, 200
 MOST_CLASSES = 100
+"""Ids of classes are below this: those above mean models."""
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from footprints_edge_models.scenes.assets.furniture import (
 from footprints_edge_models.scenes.assets.materials import Palette
 from footprints_edge_models.scenes.assets.outdoors.street_furniture import bench, street_bin
 from footprints_edge_models.scenes.assets.people import standing
+from footprints_edge_models.scenes.assets.shapes import convex_hull_2d
 from footprints_edge_models.scenes.assets.things import Thing
 from footprints_edge_models.scenes.assets.vehicles.cars import car
 from footprints_edge_models.scenes.assets.vehicles.cycles import bicycle, motorbike
@@ -27,7 +28,7 @@ SHARES = (0.25, 0.35, 0.25, 0.15)
 FARTHEST_M = (9.0, 25.0)
 """Indoors and outdoors: farther things are too small to learn from."""
 ON_FLOOR = 0.97
-"""Least share of what is in view of a footprint that must be floor."""
+"""Least share of what is in view of a thing's place, the hull of its footprint, that is floor."""
 IN_VIEW = 0.5
 _TRIES = 40
 _APART_M = 0.05
@@ -105,7 +106,8 @@ def place_things(floor: PhotoFloor, palette: Palette) -> list[Thing]:
             continue
         points = np.concatenate(outlines)
         extent = np.stack([points.min(axis=0), points.max(axis=0)])
-        if _is_on_floor(floor, points) and not any(_meet(extent, other) for other in taken):
+        around = _points_of(convex_hull_2d(points))  # nothing between its legs stands before it
+        if _is_on_floor(floor, around) and not any(_meet(extent, other) for other in taken):
             things.append(thing)
             taken.append(extent)
     return things

@@ -36,6 +36,7 @@ def _in_half(tensor: torch.Tensor) -> torch.Tensor:
 
 def save(state: Any, path: Path) -> None:  # noqa: ANN401
     """Save atomically."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part")
     torch.save(state, part)
     part.replace(path)

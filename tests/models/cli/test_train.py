@@ -110,6 +110,43 @@ def test_initial_weights_say_whether_there_is_a_coarse_decoder(tmp_path):
     )
 
 
+def test_average_writes_the_mean_where_it_is_asked_to(tmp_path):
+    weights = Path(__file__).parents[3] / "models" / "weights" / "edge.pt"
+    output = tmp_path / "new folder" / "mean.pt"
+    done = fp_train("average", weights, weights, "-o", output)
+    assert done.exit_code == 0, done.stderr
+    assert done.stdout.strip() == str(output)
+    mean, once = read_checkpoint(output), read_checkpoint(weights)
+    assert set(mean) == set(once)
+    assert all(mean[name].equal(once[name]) for name in once)
+    alone = fp_train("average", weights, "-o", tmp_path / "alone.pt")
+    assert alone.exit_code == 2
+    assert "two weights" in alone.output
+
+
+@pytest.mark.parametrize("content", [None, b"no flatbuffer"])
+def test_a_teacher_that_is_none_is_named(tmp_path, content):
+    photos(tmp_path, 1)
+    source = tmp_path / "teacher.tflite"
+    if content is not None:
+        source.write_bytes(content)
+    given = tmp_path / "houses" / "images"
+    done = fp_train("photos", given, "-o", tmp_path / "made", "--source", source)
+    assert done.exit_code == 3, done.output
+    assert "teacher.tflite" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_insert_leaves_out_what_its_dataset_holds_out(tmp_path):
+    from footprints_edge_models.cli.insert import _trained_on
+    from footprints_edge_models.data.mixture import load_datasets
+
+    root = photos(tmp_path, 60)
+    trained = {sample.name for sample in load_datasets(root)["houses"].train}
+    assert 0 < len(trained) < 60
+    assert {f"houses/{path.stem}" for path in _trained_on(root / "houses")} == trained
+
+
 def test_calibrate_needs_both_labels_on_held_out_photos(tmp_path):
     photos(tmp_path / "data", 60)
     weights = Path(__file__).parents[3] / "models" / "weights" / "edge.pt"

@@ -1,5 +1,6 @@
 """A box put on the floor of a photo: where it stands and what it hides follow from the camera."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -107,6 +108,24 @@ def test_things_stand_on_the_floor_that_is_seen(floor):
     for thing in placed:
         for outline in thing.footprints():
             assert np.mean(outline[:, 0] < 0.05) > 0.9  # left of the camera's axis
+
+
+def test_hardly_anything_on_the_floor_stands_between_the_legs_of_a_thing(floor):
+    rng = np.random.default_rng(0)
+    mask = floor.mask.copy()
+    for row, column in zip(rng.integers(WALL_ROWS, 115, 20), rng.integers(0, 155, 20), strict=True):
+        mask[row : row + 6, column : column + 6] = False  # things that the photo shows
+    crowded = PhotoFloor(floor.image, floor.ids, mask, CAMERA, outdoors=False)
+    placed = 0
+    for seed in range(12):
+        palette = Palette(TextureLibrary("train"), np.random.default_rng(seed))
+        for thing in place_things(crowded, palette):
+            corners = np.concatenate(thing.footprints())
+            place = np.array([pixel(x, y)[::-1] for x, y in corners], np.int32)
+            hull = cv2.fillConvexPoly(np.zeros(SIZE, np.uint8), cv2.convexHull(place), 1) > 0
+            placed += 1
+            assert mask[hull].mean() > 0.85
+    assert placed > 3
 
 
 def test_labels_come_back_from_their_picture():

@@ -34,6 +34,9 @@ SAME_AGAIN = 0.6
 LARGEST_FACTOR = 1.6
 """A model is taken for a thing whose sides differ by less than this factor."""
 
+SITTING = "sitting "
+"""Names of people that no standing thing may become: without their chair they sit in the air."""
+
 _MOST_LOADED = 400
 _SMOOTH = np.cos(np.radians(40))
 
@@ -73,6 +76,7 @@ class ModelLibrary(PackPart):
                 for entry in self._entries.values()
                 if entry.stands == stands
                 and any(word in f" {entry.name.lower()} " for word in words)
+                and not entry.name.lower().startswith(SITTING)
             ]
             sizes_m = np.array([entry.size_m for entry in entries]).reshape(-1, 3)
             self._found[words, stands] = _Named(entries, np.maximum(sizes_m, 0.02))
