@@ -159,6 +159,23 @@ def test_noise_of_a_few_pixels_is_no_obstacle(scene):
     assert not (speckled.top_down(0.05, 6).cells == OCCUPIED).any()
 
 
+def test_an_obstacle_begins_at_the_nearest_of_what_is_seen_of_it(scene):
+    """A thing that leans away, so near that one row of its pixels in a bin is not enough."""
+    nearest_m, rows = 1.5, np.arange(214, 208, -1)
+    columns = np.arange(200, 248)
+    forward = np.cos(PITCH) - np.sin(PITCH) * (rows - CAMERA.cy) / CAMERA.fy
+    depth_m = scene.unmasked_ground_depth_m.copy()
+    depth_m[np.ix_(rows, columns)] = (nearest_m * 1.02 ** (3 * np.arange(6)) / forward)[:, None]
+    visible = np.ones(SIZE, np.float32)
+    visible[np.ix_(rows, columns)] = 0
+    leaning = scene.with_maps(
+        visible_ground_probability=visible,
+        ground_probability=np.ones(SIZE, np.float32),
+        visible_depth_m=depth_m,
+    )
+    np.testing.assert_allclose(leaning.scan([0.0]).ranges_m, [nearest_m], rtol=0.02)
+
+
 def test_the_depths_scale_comes_from_the_visible_ground(scene):
     off = scene.with_maps(visible_depth_m=scene.visible_depth_m * np.float32(1.3))
     np.testing.assert_allclose(off.scan([0.0]).ranges_m, [3.0], atol=0.1)
