@@ -118,6 +118,8 @@ def teacher_ground(path: Path) -> GroundReader:
     Args:
         path: the .tflite file: uint8 (1, S, S, 3) RGB in, class ids (1, S, S) out.
     """
+    if not path.is_file():
+        raise SequenceError(f"{path}: no such file; the teacher is a segmenter in TFLite format")
     segment = read_segmenter(path)
 
     def read(frame: SequenceFrame) -> NDArray[np.float32]:

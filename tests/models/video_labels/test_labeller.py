@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from footprints_edge.errors import ModelError
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge_models.sample import nearest
 from footprints_edge_models.sequences.folders import read_sequence_folder
@@ -185,7 +184,7 @@ def test_a_floor_needs_to_know_which_way_is_up(walk):
 def test_a_teacher_needs_its_file(walk, tmp_path):
     with pytest.raises(SequenceError, match="needs its"):
         Labeller(walk, LabelSettings(ground="teacher"))
-    with pytest.raises(ModelError, match="no such file"):
+    with pytest.raises(SequenceError, match="no such file"):
         Labeller(walk, LabelSettings(ground="teacher", source=str(tmp_path / "none.tflite")))
 
 
