@@ -29,7 +29,7 @@ demo: $(DEMO_VENV)/installed ## install the runtime alone, make the first pictur
 	@echo "Open $(CURDIR)/out/office.jpg.overlay.png"
 
 test: $(VENV)/installed ## run all tests
-	@echo "Running about 2,500 tests: some fourteen minutes on two cores."
+	@echo "Running about 2,500 tests: some ten minutes on two cores."
 	@set -e; for part in $(TESTS) "$(OTHER_TESTS)"; do OMP_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n auto $$part; done
 
 MINUTES ?= 10
