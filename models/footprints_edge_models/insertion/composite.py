@@ -1,7 +1,7 @@
 """Renders models into a photo: their colours in its light, and their shadows on its floor."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -17,6 +17,7 @@ from footprints_edge_models.scenes.layout.scene import Lamp, Scene, Sky
 from footprints_edge_models.scenes.rendering.geometry import Geometry, geometry_of
 from footprints_edge_models.scenes.rendering.look import PLAIN
 from footprints_edge_models.scenes.rendering.raycast import Floats32, Triangles
+from footprints_edge_models.scenes.rendering.sensor import with_shoulder
 from footprints_edge_models.scenes.rendering.shading.render import render
 
 LEAST_SHOWN = 0.01
@@ -114,9 +115,7 @@ def _picture(
     library: TextureLibrary,
     rng: np.random.Generator,
 ) -> NDArray[np.uint8]:
-    bare = Scene(
-        scene.kind, scene.ground, (), scene.lamps, scene.sky, scene.ambient, scene.standpoints
-    )
+    bare = replace(scene, things=())
     bare_geometry = geometry_of(bare)
     bare_solids = Triangles(bare_geometry.points, bare_geometry.triangles)
     seed = int(rng.integers(1 << 30))  # the same noise in both: their quotient has little
@@ -157,7 +156,4 @@ def _in_light_of(
     gain = float(np.clip(gain * np.exp(rng.normal(0.25, 0.35)), 0.15, 1.6))
     mean = photo.reshape(-1, 3).mean(axis=0)
     tint = np.clip(mean / max(float(mean.mean()), 1e-3), 0.5, 2) ** 0.3
-    taken = light * np.float32(gain) * tint.astype(np.float32)
-    knee = np.float32(0.75)
-    over = np.maximum(taken - knee, 0)
-    return np.asarray(np.minimum(taken, knee) + (1 - knee) * (1 - np.exp(-over / (1 - knee))))
+    return with_shoulder(light * np.float32(gain) * tint.astype(np.float32))

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MODEL, TAKEN = 100, 200
-MOST_CLASSES = 100
-"""Ids of classes are below this: those above mean models."""
+"""Ids of classes are below both."""
 
 
 @dataclass(frozen=True)

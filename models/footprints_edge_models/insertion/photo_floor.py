@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from footprints_edge.errors import FootprintsError, GroundPlaneError
 from footprints_edge.geometry.camera import Intrinsics
 from footprints_edge.model import Model
-from footprints_edge_models.insertion.labels import MOST_CLASSES
+from footprints_edge_models.insertion.labels import MODEL
 from footprints_edge_models.scenes.rendering.cameras import Camera
 from footprints_edge_models.sequences.folders import WALKABLE
 
@@ -57,10 +57,10 @@ def find_floor(image: NDArray[np.uint8], ids: NDArray[np.uint8], model: Model) -
     Raises:
         InsertionError: there is too little floor, the two disagree, or no plane is found.
     """
-    if ids.max() >= MOST_CLASSES:
+    if ids.max() >= MODEL:
         raise InsertionError(
             f"class id {ids.max()}: ids are those of ADE20K's frequent classes, below "
-            f"{MOST_CLASSES}, as fp-train photos writes them"
+            f"{MODEL}, as fp-train photos writes them"
         )
     height, width = ids.shape
     camera = Intrinsics.assumed((height, width))

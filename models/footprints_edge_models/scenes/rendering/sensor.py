@@ -34,18 +34,20 @@ def photograph(light: NDArray[np.float32], rng: np.random.Generator) -> NDArray[
     if rng.random() < 0.4:
         grain = cv2.GaussianBlur(grain, (0, 0), 0.7) * 1.8
     light = light + grain * noise * np.sqrt(np.clip(light, 0.02, 1) * 4)
-    # a shoulder instead of clipping
-    light = np.maximum(light, 0)
-    knee = 0.75
-    over = np.maximum(light - knee, 0)
-    light = np.minimum(light, knee) + (1 - knee) * (1 - np.exp(-over / (1 - knee)))
-    tone = light ** (1 / 2.2)
+    tone = with_shoulder(np.maximum(light, 0)) ** (1 / 2.2)
     contrast = float(rng.normal(0.25, 0.2))
     tone = tone + contrast * (tone - 0.5) * tone * (1 - tone) * 2
     saturation = float(np.clip(rng.normal(1.0, 0.15), 0.4, 1.5))
     level = cv2.merge([tone @ vector([0.3, 0.59, 0.11])] * 3)
     tone = level + (tone - level) * saturation
     return np.asarray(np.clip(tone, 0, 1) * 255 + 0.5, dtype=np.uint8)
+
+
+def with_shoulder(light: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Linear light that nears 1 where a sensor would clip it."""
+    knee = np.float32(0.75)
+    over = np.maximum(light - knee, 0)
+    return np.asarray(np.minimum(light, knee) + (1 - knee) * (1 - np.exp(-over / (1 - knee))))
 
 
 def _scaled(light: NDArray[np.float32], by: NDArray[np.float32]) -> NDArray[np.float32]:
